@@ -36,8 +36,8 @@ std::string ofPage(const std::string& path) {
     return outputHashIn(std::string_view(text).substr(0, text.find("</head>")));
 }
 
-/// Whether a JPEG is complete. libjpeg fills a truncated file with grey rows, so the last two bytes
-/// must be the marker EOI (ITU-T T.81 §B.1.1.3).
+/// Whether a JPEG ends with the marker EOI (ITU-T T.81 §B.1.1.3). libjpeg would fill a truncated
+/// file with grey rows.
 bool endsLikeJpeg(const std::string& path) {
     const RegularFile file(path);
     char last[2] = {};
@@ -110,7 +110,8 @@ std::string outputHashFrom(const ExrInfo& input, const View& view, const std::st
     if (!input.attributes().contains("peeler:outputHash")) return "";
     if (output.composited) return "";  // a composite's layers are unknown
     // With several samples per pixel, a render composites the original samples, but a composite of
-    // stored fragments uses merged and rounded values. The results differ, so no hash is claimed.
+    // stored fragments uses merged and rounded values. The results differ, so the file gets no
+    // hash.
     if (input.plan.samples > 1 && !findOutputFormat(path, output.as).holdsFragments()) return "";
     return outputHash(view, path, output);
 }

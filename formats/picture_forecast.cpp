@@ -11,7 +11,7 @@ namespace {
 
 using Bytes = std::uint64_t;
 
-/// Sizes, in bytes, that the forecasts of all kinds of files are calculated from.
+/// The sizes, in bytes, from which the forecasts of all kinds of files are calculated.
 struct PlannedBytes {
     PlannedBytes(const Plan& of, const OutputOptions& options)
         : plan(of),
@@ -40,8 +40,8 @@ Bytes compositeBytes(const PlannedBytes& planned, const OutputOptions& options) 
                         planned.fragment + (options.cryptomatte ? kCryptomatteBytes : 0));
 }
 
-/// Returns the bytes of layered files. In a single part, all layers share one data window, which
-/// contains those of all layers.
+/// Returns the bytes of layered files. In a single part, all layers share one data window, at most
+/// the crop.
 Bytes layersBytes(const PlannedBytes& planned, const OutputOptions& options) {
     const Plan& plan = planned.plan;
     const bool one_part = options.layout == "single-part";

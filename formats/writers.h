@@ -30,8 +30,8 @@ enum class OutputContent : std::uint8_t {
     kPage,    ///< a web page that shows the layers over a background
     kArrays,  ///< arrays of the values of every fragment, as per-pixel lists
     kPlanes,  ///< arrays of planes: plane k holds each pixel's k-th nearest fragment
-    /// For third-party loaders, with one ray per pixel: kLari is a picture over black with the
-    /// depths of its layers beside it, kXray the layers as a sparse matrix.
+    /// For third-party loaders, with one ray per pixel. kLari: a picture over black, with the
+    /// depths of its layers beside it. kXray: the layers as a sparse matrix.
     kLari,
     kXray,
 };
@@ -46,12 +46,12 @@ struct OutputFormat {
     bool channels = false;  ///< may hold channels besides colour and Z
     /// For viewing rather than further processing: display-encoded, with exposure and tone map.
     bool for_display = false;
-    /// Returns the channels that the format always needs, in addition to any requested ones.
+    /// Returns the channels that the format needs even if they are not requested.
     std::span<const Channel> (*needs)() = nullptr;
     /// Forecasts the size of the format's files; null if forecastPicture()'s general rules apply.
     SizeForecast (*forecast)(const std::string& path, const Plan& plan,
                              const OutputOptions& options) = nullptr;
-    /// Returns the files published together with the one at `path`, which is published last.
+    /// Returns the files that are published together with the file at `path`, before it.
     std::vector<std::string> (*beside)(const std::string& path) = nullptr;
 
     bool holds(OutputContent what) const { return content == what; }
@@ -74,12 +74,12 @@ struct OutputFormat {
 /// Returns every format. Where two rows share an extension, the first is the default.
 std::span<const OutputFormat> outputFormats();
 
-/// Returns the row for a path's extension (upper or lower case) and a kind. If there is no such
-/// row, throws Error (kUsage), which lists the choices.
+/// Returns the row for a path's extension (upper or lower case) and a kind. Throws Error (kUsage),
+/// with a list of the choices, if there is no such row.
 const OutputFormat& findOutputFormat(std::string_view path, std::string_view as);
 
-/// Returns the files published beside the one at `path` (OutputFormat::beside); empty if the format
-/// has none.
+/// Returns the files published beside the file at `path` (OutputFormat::beside); empty if the
+/// format has none.
 std::vector<std::string> filesBeside(const std::string& path, const OutputOptions& options);
 
 /// Forecasts the size of a planned picture's file, or of all its files together. The forecast is
@@ -88,13 +88,13 @@ std::vector<std::string> filesBeside(const std::string& path, const OutputOption
 SizeForecast forecastPicture(const std::string& path, const Plan& plan,
                              const OutputOptions& options);
 
-/// Returns a Sink for the path; nothing is created on disk before its begin(). Throws like
+/// Returns a Sink for the path; the Sink creates nothing on disk before begin(). Throws like
 /// findOutputFormat(), and Error (kUsage) if an option has a value that the format does not know.
 std::unique_ptr<Sink> makeSink(const std::string& path, const OutputOptions& options);
 
-/// Writes a finished picture to `path`, whole or not at all, in the flat format of its extension.
-/// The window of `picture` becomes the whole picture, with its upper left corner at (0, 0). Throws
-/// like makeSink() and the Sink's members.
+/// Writes a finished picture to `path`, atomically, in the flat format of its extension. The window
+/// of `picture` becomes the whole picture, with its upper left corner at (0, 0). Throws like
+/// makeSink() and the Sink's members.
 void writePicture(const std::string& path, const CompositeImage& picture,
                   const OutputOptions& options);
 

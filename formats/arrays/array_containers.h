@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The table of array containers: .npz and .safetensors, with the layout of each.
+// The array containers, .npz and .safetensors, and the layout of their files.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ namespace peeler {
 struct PlacedArray {
     NamedArray array;
     std::uint64_t numbers = 0;  ///< offset of the array's data in the file
-    std::string value{};        ///< the data itself, if known from the start
+    std::string value{};        ///< the data, if known at construction
 };
 
 /// The layout of a file of arrays with known shapes and texts.
@@ -30,7 +30,7 @@ class ArrayContainer {
     virtual std::uint64_t fileBytes() const = 0;
     /// Whether finish() needs the CRC-32 of each array's data.
     virtual bool hasChecksums() const = 0;
-    /// Writes everything but the array data. If hasChecksums(), `crcs` has the CRC-32 of each
+    /// Writes everything except the array data. If hasChecksums(), `crcs` holds the CRC-32 of each
     /// array's data, in the order of arrays().
     virtual void finish(AtomicFile& file, std::span<const std::uint32_t> crcs) const = 0;
 
@@ -53,9 +53,9 @@ struct ArrayContainerRow {
 std::unique_ptr<ArrayContainer> makeNpz(std::vector<NamedArray> arrays, const ArrayTexts& texts);
 std::string npzText(const std::string& path, const std::string& name);
 
-/// Makes a .safetensors file (github.com/huggingface/safetensors, "Format"): the header's length (8
-/// bytes), the header as JSON, and the arrays without gaps. The header is padded with blanks, and
-/// arrays of wider elements come first, so that each array is aligned to its element size.
+/// Makes a .safetensors file (github.com/huggingface/safetensors, "Format"): the length of the
+/// header (8 bytes), the header as JSON, padded with blanks, and the arrays, without gaps. Arrays
+/// of wider elements come first, so that each array is aligned to its element size.
 std::unique_ptr<ArrayContainer> makeSafetensors(std::vector<NamedArray> arrays,
                                                 const ArrayTexts& texts);
 std::string safetensorsText(const std::string& path, const std::string& name);

@@ -16,15 +16,15 @@
 
 namespace peeler {
 
-/// The arrays and settings of a file, whose bytes must outlive this object. Settings are numbers
-/// and texts: entries of `__metadata__` in a .safetensors, arrays in a .npz.
+/// The arrays and settings of a file. The file's bytes must outlive this object. Settings are
+/// numbers and texts: entries of `__metadata__` in a .safetensors, arrays in a .npz.
 class ArrayFile {
   public:
     /// Whether a file that has this size and begins with these bytes looks like an array file.
     static bool recognises(std::string_view begin, std::uint64_t size);
 
-    /// `where` is the file's name. `allow` is called with each number of bytes before they are
-    /// allocated. Throws Error (kInput), and anything `allow` throws.
+    /// `where` is the file's name. Calls `allow` with the size of each compressed member of a .npz
+    /// before uncompressing it. Throws Error (kInput), and anything `allow` throws.
     ArrayFile(std::span<const std::uint8_t> file, std::string where,
               const std::function<void(std::uint64_t bytes)>& allow);
     ArrayFile(const ArrayFile&) = delete;

@@ -47,8 +47,8 @@ std::string shapeText(const std::vector<std::uint64_t>& shape);
 
 /// Returns the array of a .npy file (numpy.lib.format 1 to 3), with numbers of any common type in
 /// either byte order and in C or Fortran order. Returns nothing if the file is not a .npy, or if
-/// its elements are not numbers. Never opens pickles. `where` names the file in messages. Throws
-/// Error (kInput) if the file is damaged or its size contradicts its header.
+/// its elements are not numbers. Never unpickles objects. `where` names the file in messages.
+/// Throws Error (kInput) if the file is damaged or its size contradicts its header.
 std::optional<NumberArray> npyArray(std::span<const std::uint8_t> file, const std::string& where);
 
 /// Returns the text of a .npy file that holds a numpy string, bytes, or a Boolean ("true" or
@@ -75,8 +75,9 @@ class NpzArchive {
     const Member* find(std::string_view array) const;
     /// Returns a member's place for messages: "file.npz, points.npy".
     std::string placeOf(const Member& member) const { return where_ + ", " + member.name; }
-    /// Returns the bytes of a member's .npy file: a view of the archive, or uncompressed into
-    /// `storage`. Rejects impossible sizes before allocating. Throws Error (kInput).
+    /// Returns the bytes of a member's .npy file: a view of the archive if the member is stored,
+    /// otherwise uncompressed into `storage`. Rejects impossible sizes before allocating. Throws
+    /// Error (kInput).
     std::span<const std::uint8_t> contents(const Member& member,
                                            std::vector<std::uint8_t>& storage) const;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writer of array files in the container that the extension chooses.
+// Writer of array files.
 #include "formats/arrays/array_writer.h"
 
 #include <libdeflate.h>

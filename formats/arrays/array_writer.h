@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writers of named arrays, as .npz and .safetensors. All arrays can grow at the same time, since
-// any thread may write values directly to their offset in the file.
+// Writers of named arrays, as .npz and .safetensors. Any thread may write any part of any array
+// directly to its offset in the file.
 #pragma once
 
 #include <bit>
@@ -45,12 +45,12 @@ inline constexpr const NumberTypeInfo& infoOf(NumberType type) {
     return kNumberTypes[static_cast<std::size_t>(type)];
 }
 
-// Values are written as they lie in memory.
+// Values are copied to the file without conversion, and files are little-endian.
 static_assert(std::endian::native == std::endian::little);
 
-/// The version of our array and point dialect, stored as `arrays_version` in every file of arrays
-/// and as a comment in every .ply; formats/README.md, "Arrays and points", lists the changes.
-/// Version 1 is never stored.
+/// The version of peeler's array and point format, stored as `arrays_version` in every file of
+/// arrays and as a comment in every .ply; formats/README.md, "Arrays and points", lists the
+/// changes. Version 1 is never stored.
 inline constexpr std::int64_t kArraysVersion = 2;
 
 /// An array in C order. An empty shape means a scalar.
@@ -71,10 +71,9 @@ using ArrayTexts = std::map<std::string, std::string>;
 
 class ArrayContainer;
 
-/// A writer of array files; the extension chooses the container (kArrayContainers). Appends an
-/// array `arrays_version`, int64. Shapes are fixed at the start, so every value has a known offset
-/// in the file and is written there directly; none is kept in memory. The same arrays produce the
-/// same bytes.
+/// A writer of array files; the extension chooses the container (kArrayContainers). Adds an int64
+/// array `arrays_version`. Shapes are fixed at construction, so each value goes directly to its
+/// final offset in the file. The same arrays produce the same bytes.
 class ArrayWriter {
   public:
     /// Creates the hidden file. Throws Error (kOutput); (kUsage) if no container has the extension;
@@ -86,17 +85,17 @@ class ArrayWriter {
     static std::uint64_t fileBytes(const std::string& path, std::vector<NamedArray> arrays,
                                    ArrayTexts texts = {});
 
-    /// Appends values, in memory representation, to the array with this index. Not for several
-    /// threads at once. Throws like writeAt().
+    /// Appends values, in memory representation, to the array with this index. Must not be called
+    /// by several threads at once. Throws like writeAt().
     void append(std::size_t array, std::span<const std::byte> numbers);
     /// Writes values, in memory representation, to the array with this index, `first` bytes from
-    /// its start; in any order and from several threads at once. Throws Error (kOutput);
-    /// (kInternal) if the range exceeds the array, or if some of it has already been written.
+    /// its start. Ranges may be written in any order, by several threads at once. Throws Error
+    /// (kOutput); (kInternal) if the range exceeds the array or overlaps one that has been written.
     void writeAt(std::size_t array, std::uint64_t first, std::span<const std::byte> numbers);
     /// Writes the container's headers and commits the file. Throws Error (kOutput); (kInternal) if
     /// an array is incomplete.
     void finish() { close().commit(); }
-    /// Does all of finish() but the commit, and returns the file for commitAll().
+    /// Does everything that finish() does except the commit. Returns the file for commitAll().
     AtomicFile& close();
 
   private:
@@ -127,8 +126,8 @@ std::span<const std::string_view> arrayExtensions();
 bool isArrayName(const std::string& path);
 
 /// Returns the text stored under this name in a file by ArrayWriter; "" if the file is missing,
-/// incomplete, written by another program, or has no such text. Reads no more of the file than
-/// needed.
+/// incomplete or written by another program, or has no such text. Reads only the parts of the file
+/// that it needs.
 std::string arrayText(const std::string& path, const std::string& name);
 
 /// Returns a range of numbers as bytes.

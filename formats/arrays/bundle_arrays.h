@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Arrays that describe bundles of rays, which may be the rays through a picture's pixels.
+// Arrays that describe bundles of rays. The rays through a picture's pixels are one such bundle.
 #pragma once
 
 #include <cstddef>
@@ -14,9 +14,9 @@ namespace peeler {
 /// Returns the arrays of b bundles: bundle_origin, bundle_direction, bundle_right, bundle_up (b,
 /// 3), bundle_size (b, 2), double; bundle_resolution (b, 2) and bundle_window (b, 4: x, y, width,
 /// height), int64; bundle_perspective (b, uint8). With (w, h) = bundle_resolution, pixel (i, j) has
-/// the point origin + ((i + ½) / w − ½) · size[0] · right − ((j + ½) / h − ½) · size[1] · up.
-/// Without perspective its ray starts there and goes along direction; with perspective it starts at
-/// origin and goes through that point + direction.
+/// the point p = origin + ((i + ½) / w − ½) · size[0] · right − ((j + ½) / h − ½) · size[1] · up.
+/// Without perspective, the pixel's ray starts at p and has the direction `direction`; with
+/// perspective, the ray starts at `origin` and passes through p + direction.
 std::vector<NamedArray> bundleArrays(std::size_t bundles);
 
 /// Writes bundles to these arrays; `first` is the index of the first array. Unless `camera_known`,

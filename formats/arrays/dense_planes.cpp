@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Spreads fragment lists over dense planes.
+// Dense planes filled from fragment lists.
 #define IMATH_HALF_NO_LOOKUP_TABLE
 #include <Imath/half.h>
 
@@ -14,14 +14,14 @@
 namespace peeler {
 namespace {
 
-/// The maximum size of a range: bytes of its planes in the widest array, and fragments.
+/// Limits of a range: the bytes of its planes in the widest array, and its number of fragments.
 constexpr std::size_t kRangeBytes = std::size_t{1} << 20, kRangeFragments = std::size_t{1} << 15;
 
 bool isFloating(NumberType type) {
     return type == NumberType::kHalf || type == NumberType::kFloat;
 }
 
-/// Stores a number as half or float; returns the end of its bytes. Halves are rounded to nearest,
+/// Stores a number as half or float. Returns the end of the output. Halves are rounded to nearest,
 /// ties to even; values beyond half's range become infinite.
 std::byte* putNumber(float number, NumberType type, std::byte* out) {
     return type == NumberType::kHalf ? storeNumber(imath_float_to_half(number), out)
@@ -47,7 +47,7 @@ std::byte* convertNumbers(const std::byte* from, NumberType type, std::size_t co
     return out;
 }
 
-/// Returns the bytes that stand for a missing fragment, for one number.
+/// Returns one component of a missing fragment, as bytes.
 std::array<std::byte, 8> nothingOf(NumberType type, double fill) {
     std::array<std::byte, 8> bytes{};  // stays 0 for int32
     if (isFloating(type)) putNumber(static_cast<float>(fill), type, bytes.data());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writer of fragments as arrays, as lists or as planes.
+// Writer of fragments as arrays of lists or planes.
 #include <algorithm>
 #include <cstring>
 #include <limits>
@@ -23,15 +23,15 @@
 namespace peeler {
 namespace {
 
-/// The indices of the arrays that every file begins with. They are followed by coloured opacity, if
-/// any (kOpacityArray), the columns, and the bundle. The first array holds the splits of lists, or
-/// the counts of planes.
+/// Indices of the first arrays in every file. After them come coloured opacity, if any
+/// (kOpacityArray), the columns, and the bundle. kSplitArray is the index of `ray_splits`, or of
+/// `count` in files of planes.
 enum FixedArray : std::size_t { kSplitArray, kDepthArray, kColorArray, kNear, kFar, kOpacityArray };
 
 constexpr std::string_view kLayerName = "layer";
 
-/// Returns the columns of the file. Planes leave out `layer`, since plane k has layer k, unless
-/// only some layers were listed.
+/// Returns the columns of the file. Planes omit `layer`, because plane k holds layer k, unless the
+/// options list only some layers.
 std::vector<FragmentColumn> columnsOf(const LayeredImage& band,
                                       const FragmentArrayOptions& options) {
     std::vector<FragmentColumn> columns = fragmentColumns(band);
@@ -108,8 +108,8 @@ class FragmentArrays final : public Sink {
     }
     void write(LayeredImage&& band) override;
     void finish() override { writer_->finish(); }
-    /// Returns the memory for the splits and the values of one array; for planes, that for the
-    /// ranges being filled.
+    /// Returns the memory of the splits and of one array's values. For planes, returns the memory
+    /// of the ranges being filled.
     SinkMemory memory(const Plan& plan) const override {
         if (options_.dense) return {.bytes = DensePlanes::rangeBytes()};
         return {.pixel_bytes = sizeof(std::int64_t),
@@ -255,7 +255,7 @@ void FragmentArrays::write(LayeredImage&& band) {
 
 FragmentArrayOptions arrayOptions(const OutputOptions& options) {
     FragmentArrayOptions arrays;
-    // The id of the last material means glTF's default material, which tables of hits list as none.
+    // The last material id means glTF's default material; tables of hits store no index for it.
     arrays.default_material = static_cast<std::uint32_t>(options.provenance.ids.materials.size());
     arrays.output_hash = options.provenance.output_hash;
     if (options.as == "dense") arrays.dense = options.dense;
@@ -268,7 +268,7 @@ std::unique_ptr<Sink> makeFragmentArrays(std::string path, const FragmentArrayOp
 
 SizeForecast forecastFragmentArrays(const std::string& path, const Plan& plan,
                                     const LayeredImage& band, const FragmentArrayOptions& options) {
-    LayeredImage numbered;  // like the band after addLayerIndices()
+    LayeredImage numbered;  // the band with a channel `layer`
     numbered.color = {band.color.channels, band.color.type, {}};
     for (const FragmentArray& array : band.extra)
         numbered.extra.push_back({array.channels, array.type, {}});

@@ -23,7 +23,7 @@ struct KnownColumn {
     std::vector<std::string_view> channels;
     ColumnUse use = ColumnUse::kCopy;
     std::vector<std::string_view> properties{};
-    /// The column's name if there is no channel `facing`; empty if the same.
+    /// The column's name in a picture without the channel `facing`; empty if it is the same.
     std::string_view toward_viewer{};
 };
 
@@ -69,8 +69,7 @@ std::optional<PixelType> commonType(const LayeredImage& band,
     return common;
 }
 
-/// Returns an array's name for a channel, without characters that would make it a path in an
-/// archive.
+/// Returns an array name for a channel: printable ASCII without path separators.
 std::string arrayName(std::string channel) {
     std::ranges::replace_if(
         channel, [](unsigned char c) { return c < ' ' || c == '/' || c == '\\' || c >= 0x7f; },
@@ -78,7 +77,7 @@ std::string arrayName(std::string channel) {
     return channel;
 }
 
-/// Returns a property's name for a channel: one word of a PLY header, without dots.
+/// Returns a property name for a channel: one word of a PLY header, without dots.
 std::string propertyName(std::string channel) {
     std::ranges::replace_if(
         channel, [](unsigned char c) { return c <= ' ' || c == '.' || c >= 0x7f; }, '_');
@@ -143,7 +142,7 @@ FragmentColumnReader::FragmentColumnReader(const LayeredImage& band, const Fragm
 
 std::byte* FragmentColumnReader::put(std::size_t fragment, std::byte* out) const {
     const std::size_t size = infoOf(column_->type).size;
-    // Whether to flip the sign, which is the highest bit of a half or a float.
+    // The sign is the highest bit of a half or a float.
     const bool flips = facing_ && facing_.value(fragment) < 0;
     for (const FragmentChannel& channel : channels_) {
         if (column_->use == ColumnUse::kSign) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Columns of fragment tables besides colour and Z. They are made from a file's channels, but have
+// Columns of fragment tables other than colour and Z. They are made from a file's channels, with
 // the names, index base and signs of hit tables (formats/rays/hit_columns.h).
 #pragma once
 
@@ -28,7 +28,7 @@ enum class ColumnUse : std::uint8_t {
     /// As kIndex; glTF's default material, which no file lists, also becomes 0xFFFFFFFF.
     kMaterial,
     kSign,  ///< −1 or 1, from a channel of any type
-    /// Normals that face the viewer are turned to the front of the surface, by the channel
+    /// Normals that face the viewer become normals on the front of the surface, by the channel
     /// `facing`.
     kFront,
 };
@@ -45,9 +45,9 @@ struct FragmentColumn {
     std::size_t bytes() const { return components() * infoOf(type).size; }
 };
 
-/// Returns the columns that all bands of a picture have: those of the table in the .cpp, in its
-/// order, then those of unknown channels, under their own names. Normals are on the front if the
-/// picture has `facing`; otherwise they face the viewer and are named `viewer_normals`.
+/// Returns the columns that all bands of a picture have: known columns in the order of the table in
+/// the .cpp, then unknown channels under their own names. Normals are on the front if the picture
+/// has `facing`; otherwise they face the viewer and are named `viewer_normals`.
 std::vector<FragmentColumn> fragmentColumns(const LayeredImage& band);
 
 /// A reader of one column of a band; band and column must outlive it.

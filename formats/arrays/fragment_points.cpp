@@ -31,8 +31,8 @@ std::vector<std::string> normalChannels(const LayeredImage& band) {
     return {};
 }
 
-/// The properties of a point: position, normal, colour, then integer values. The same for all bands
-/// with the same channels.
+/// The properties of a point: position, normal, colour, then integer values. Bands with the same
+/// channels have the same table.
 struct PointTable {
     PointTable(const LayeredImage& band, const FragmentPointOptions& options)
         : normal(normalChannels(band)) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Fragment table writers: store every fragment of a picture as a row of a point cloud or of arrays,
-// in our dialect or those of other projects.
+// in the formats of peeler and of other projects.
 #pragma once
 
 #include <cstdint>
@@ -27,18 +27,18 @@ struct FragmentPointOptions {
 
 /// Returns a Sink that writes a .ply with every fragment as a point in world space: x y z; nx ny nz
 /// from the channels N, else Ng, if present (on the front if there is `facing`, else toward the
-/// viewer); red green blue alpha (straight, sRGB, 8 bits); the same indices as points of hits have
-/// (primitive, node, instance, material); and one uint for every other uint channel, with '.' in
-/// its name replaced by '_'. begin() creates no file, since the channels are known only from the
-/// first band.
+/// viewer); red green blue alpha (straight, sRGB, 8 bits); the indices primitive, node, instance
+/// and material, as in points of hits; and one uint for every other uint channel, with '.' in its
+/// name replaced by '_'. begin() creates no file, since the channels are known only from the first
+/// band.
 std::unique_ptr<Sink> makeFragmentPoints(std::string path, FragmentPointOptions options);
 /// Forecasts the exact size of the file that makeFragmentPoints() writes, assuming the plan's
 /// `fragments_stored` and the channels of `band`.
 SizeForecast forecastFragmentPoints(const Plan& plan, const LayeredImage& band,
                                     const FragmentPointOptions& options);
 
-/// Returns the bytes per fragment that this Sink holds for a band with these channels, besides the
-/// band itself.
+/// Returns the bytes that this Sink holds per fragment of a band with these channels, in addition
+/// to the band itself.
 std::uint64_t fragmentPointBytes(const LayeredImage& band, const FragmentPointOptions& options);
 
 struct FragmentArrayOptions {
@@ -66,10 +66,10 @@ FragmentArrayOptions arrayOptions(const OutputOptions& options);
 /// the crop, and `count` (h, w; uint32: all fragments of the pixel) replaces `ray_splits`. A band's
 /// values are written a few pixels at a time.
 std::unique_ptr<Sink> makeFragmentArrays(std::string path, const FragmentArrayOptions& options);
-/// Forecasts the exact size of the arrays' file, like forecastFragmentPoints().
+/// Forecasts the exact size of the file of arrays, like forecastFragmentPoints().
 SizeForecast forecastFragmentArrays(const std::string& path, const Plan& plan,
                                     const LayeredImage& band, const FragmentArrayOptions& options);
-/// Returns the bytes per fragment that this Sink holds, like fragmentPointBytes(). Planes are built
+/// Returns the bytes that this Sink holds per fragment, like fragmentPointBytes(). Planes are built
 /// a few pixels at a time, so they add little.
 std::uint64_t fragmentArrayBytes(const LayeredImage& band, const FragmentArrayOptions& options);
 

@@ -31,8 +31,9 @@ std::vector<NamedArray> lariArrays(const Plan& plan) {
         {static_cast<std::uint64_t>(crop.height()), static_cast<std::uint64_t>(crop.width())})};
 }
 
-/// Returns the matrix from Blender's world to the camera, as 3 rows of 4. In Blender +Z is up: its
-/// (x, y, z) is (x, z, −y) here. Its cameras look along −Z with +Y up, as in glTF.
+/// Returns the matrix from Blender's world to the camera, as 3 rows of 4. Blender's world has +Z
+/// up: our (x, y, z) is Blender's (x, −z, y). Blender's cameras look along −Z with +Y up, as in
+/// glTF.
 std::array<double, 12> blenderPose(const View& view) {
     const glm::dmat4 to_gltf{{1, 0, 0, 0}, {0, 0, -1, 0}, {0, 1, 0, 0}, {0, 0, 0, 1}};
     const glm::dmat4 pose = glm::inverse(view.camera_to_world) * to_gltf;

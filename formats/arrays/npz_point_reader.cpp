@@ -26,10 +26,10 @@ std::vector<glm::dvec3> npzPoints(std::span<const std::uint8_t> file, const std:
     constexpr const char* kHint = "numpy.savez(path, points=array), array of shape (n, 3)";
     constexpr std::uint64_t kMostMember = kMostPoints * 3 * sizeof(double) + kMostNpyHeader;
     const NpzArchive archive(file, where);
-    // Our files call the points "positions", if the picture had the channel `position`.
+    // peeler's own files call the points "positions", if the picture had the channel `position`.
     const NpzArchive::Member* named = archive.find("points");
     if (!named) named = archive.find("positions");
-    // A file of ours without positions has other arrays of three components, which are not points.
+    // peeler's own files without positions have other arrays of three components, not points.
     if (!named && archive.find("ray_splits"))
         throw Error(ErrorKind::kInput,
                     "hits of rays without the array positions cannot be read as points", where,
@@ -43,8 +43,7 @@ std::vector<glm::dvec3> npzPoints(std::span<const std::uint8_t> file, const std:
             if (!named) continue;
             throw Error(ErrorKind::kInput, "too many points to read at once", inside);
         }
-        // At most three times the member's size: its bytes, and its points as doubles, which take
-        // twice as much if the file's values have 32 bits.
+        // The member's bytes, and its points as doubles, which are at most twice as large.
         allow(3 * member.size);
         std::vector<std::uint8_t> storage;
         const auto points = npyArray(archive.contents(member, storage), inside);

@@ -25,7 +25,7 @@ constexpr std::uint64_t kMostInflation = 1032;
                 "check that it is a complete .npz file");
 }
 
-/// Reads little-endian numbers at offsets in the file.
+/// A reader of little-endian numbers at offsets in the file.
 class ArchiveFields {
   public:
     ArchiveFields(ByteSpan bytes, const std::string& where) : bytes_(bytes), where_(where) {}
@@ -69,8 +69,8 @@ Directory directoryOf(const ArchiveFields& file, const std::string& where) {
     damaged("there is no directory", where);
 }
 
-/// Reads, from a member's extra field, the sizes and the offset that do not fit into 32 bits; the
-/// field holds them in this order (section 4.5.3).
+/// Reads from a member's extra field the sizes and the offset that do not fit into 32 bits, in the
+/// order of section 4.5.3.
 void takeZip64(const ArchiveFields& file, std::uint64_t extra, std::uint64_t size, Member& member) {
     const std::uint64_t end = extra + size;
     while (end - extra >= 4) {

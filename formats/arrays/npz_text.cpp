@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reader of one text in a .npz by ArrayWriter. It uses the directory, which is written last.
+// Reader of one text in a .npz by ArrayWriter. Uses only the directory, which is written last.
 // ZIP64: APPNOTE.TXT, sections 4.3 and 4.5.3.
 #include <libdeflate.h>
 

@@ -39,7 +39,7 @@ class PictureArrayReader final : public LayeredInput {
     void countFragments();
     std::vector<std::uint64_t> splitsFrom(std::uint64_t first, std::size_t count) const;
     std::vector<Run> place(const Window& window, LayeredImage& out) const;
-    /// Reads the values of these runs from an array, `size` bytes per fragment.
+    /// Reads an array's values for these runs, `size` bytes per fragment.
     void readRuns(const SafetensorsArray& array, std::size_t size, std::span<const Run> runs,
                   std::byte* out) const;
     void readColors(std::span<const Run> runs, std::size_t fragments, LayeredImage& out) const;
@@ -85,7 +85,7 @@ void PictureArrayReader::fail(const std::string& what) const {
                 "splits must hold the ends of the pixels' lists");
 }
 
-/// Returns where each of `count` consecutive lists begins, and where the last one ends.
+/// Returns the start of each of `count` consecutive lists, then the end of the last list.
 std::vector<std::uint64_t> PictureArrayReader::splitsFrom(std::uint64_t first,
                                                           std::size_t count) const {
     std::vector<std::uint64_t> splits(count + 1);
@@ -212,7 +212,7 @@ void PictureArrayReader::read(const Window& window, LayeredImage& out) {
     const std::size_t fragments = out.offsets.back();
     resizeAnew(out.z, fragments);
     readRuns(*arrays_->z, sizeof(float), runs, reinterpret_cast<std::byte*>(out.z.data()));
-    // To writers, Z = +inf means a pixel without a fragment.
+    // Writers take Z = +inf to mean a pixel without a fragment.
     const auto is_number = [](float z) { return z < std::numeric_limits<float>::infinity(); };
     if (!arrays_->composite() && !std::ranges::all_of(out.z, is_number))
         fail("a fragment's Z is infinite or NaN");
@@ -249,7 +249,7 @@ BandRead PictureArrayReader::mostOf(int rows) const {
     const auto width = static_cast<std::uint64_t>(info_.plan.view.crop.width());
     const std::uint64_t fragments =
         complexity_ ? complexity_->mostFragments(rows) : width * static_cast<std::uint64_t>(rows);
-    // The splits of a row, and colours before their opacity is added.
+    // The splits of the rows, and `rgba` before it is interleaved with `opacity`.
     return {fragments,
             2 * width * sizeof(std::uint64_t) +
                 (arrays_->opacity ? fragments * kPlainComponents * sizeof(float) : 0),

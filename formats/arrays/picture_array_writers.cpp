@@ -24,8 +24,8 @@ namespace {
 
 constexpr std::size_t kTintOnly = kTintedComponents - kPlainComponents;
 
-/// The fragments' channels besides colour and Z, in the order of array files, which is that of the
-/// channel table, components included. (Pictures read from files may have both sorted by name.)
+/// The fragments' channels other than colour and Z, with arrays and components in the order of the
+/// channel table. (Pictures read from files may have them sorted by name.)
 class ArrangedChannels {
   public:
     explicit ArrangedChannels(std::span<const FragmentArray> channels = {}) {
@@ -38,8 +38,8 @@ class ArrangedChannels {
 
     /// Returns the arrays, without data.
     std::span<const FragmentArray> arrays() const { return arrays_; }
-    /// Returns the values of arrays()[i], reordered in `storage` if needed. `channels` are those
-    /// passed to the constructor, now with data.
+    /// Returns the values of arrays()[i], reordered in `storage` if needed. `channels` are the
+    /// channels passed to the constructor, with their data.
     std::span<const std::byte> numbers(std::span<const FragmentArray> channels, std::size_t i,
                                        std::vector<std::byte>& storage) const {
         const FragmentArray& array = channels[rows_[i].source];
@@ -91,8 +91,8 @@ struct PictureLayout {
         if (numbers > 1) records.push_back(numbers);
         arrays.push_back({std::move(name), numberTypeOf(type), std::move(records)});
     }
-    /// Adds channel arrays. Names that other programs chose may collide with existing ones, so they
-    /// are made unique.
+    /// Adds arrays for channels. Makes their names unique, since channels of other programs may
+    /// have the name of an existing array.
     void add(std::span<const FragmentArray> extra, const std::vector<std::uint64_t>& records) {
         std::set<std::string> taken{"opacity", "arrays_version", "__metadata__"};
         for (const NamedArray& array : arrays)
@@ -107,8 +107,8 @@ struct PictureLayout {
     }
 };
 
-/// The indices of the layers' arrays in the file. kTintList is coloured opacity; without coloured
-/// opacity, the other channel arrays start at this index.
+/// The indices of the layers' arrays in the file. kTintList is coloured opacity. Without coloured
+/// opacity, the channel arrays start at this index.
 enum LayerArray : std::size_t { kSplitList, kDepthList, kColorList, kTintList };
 
 PictureLayout layersLayout(const Plan& plan, PixelType color,
@@ -155,8 +155,7 @@ class LayerArrays final : public Sink {
         const StageTimer timer(times_, "write");
         writer_->finish();
     }
-    /// Returns the memory for the splits, and for the values of one array, which may have to be
-    /// reordered.
+    /// Returns the memory of the splits and of one array's values, which may have to be reordered.
     SinkMemory memory(const Plan& plan) const override {
         std::size_t widest = plan.tinted ? kPlainComponents * pixelTypeSize(plan.color_type) : 0;
         for (const FragmentArray& array : plan.channels)

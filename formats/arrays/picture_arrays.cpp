@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Finds the arrays of a picture by the header of an array file.
+// Lookup of a picture's arrays in the header of an array file.
 #include "formats/arrays/picture_arrays.h"
 
 #include <algorithm>
@@ -92,7 +92,7 @@ void PictureArrays::takeFragments() {
             if (!names.insert(channel).second) fail("two arrays have the same channel", channel);
 }
 
-/// Records a channel array besides colour and Z.
+/// Records a channel array other than colour and Z.
 void PictureArrays::takeExtra(const SafetensorsArray& array) {
     const std::uint64_t n = z->shape.front();
     const bool fits = (array.shape.size() == 1 || array.shape.size() == 2) &&

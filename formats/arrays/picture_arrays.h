@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pictures as arrays (.safetensors; formats/README.md, "Pictures as arrays"): the fragment lists of
-// layers as in memory, and composites, with the contents of an OpenEXR header.
+// layered pictures, and composites, with the metadata of an OpenEXR header.
 #pragma once
 
 #include <cstdint>
@@ -24,25 +24,25 @@ namespace peeler {
 /// array for every other channel array of the bands, named by nameOf(), and the texts of
 /// pictureTexts().
 std::unique_ptr<Sink> makeLayerArrays(const std::string& path, const OutputOptions& options);
-/// Forecasts the size of the layers' file; exact if the plan knows its channels.
+/// Forecasts the size of the file of makeLayerArrays(); exact if the plan knows its channels.
 SizeForecast forecastLayerArrays(const std::string& path, const Plan& plan,
                                  const OutputOptions& options);
 
 /// Returns a Sink that writes the composite over the background: `rgba` (h, w, 4; float), `opacity`
-/// (h, w, 3; float, if the plan is tinted) and `z` (h, w; float: of the nearest fragment, +inf
-/// without fragments). A .safetensors also has the texts of pictureTexts(), a .npz only
+/// (h, w, 3; float, if the plan is tinted) and `z` (h, w; float: camera Z of the nearest fragment,
+/// +inf without fragments). A .safetensors also has the texts of pictureTexts(), a .npz only
 /// `output_hash`.
 std::unique_ptr<Sink> makeCompositeArrays(const std::string& path, const OutputOptions& options);
 SizeForecast forecastCompositeArrays(const std::string& path, const Plan& plan,
                                      const OutputOptions& options);
 
-/// An open file of a picture as arrays: either fragment lists, from makeLayerArrays() or from
-/// another program that writes at least its first three arrays and the windows; or a composite,
-/// from makeCompositeArrays().
+/// An open file of a picture as arrays: either a composite, from makeCompositeArrays(), or fragment
+/// lists, from makeLayerArrays() or from another program. Other programs must write at least
+/// `splits`, `z`, `rgba` and the windows.
 class PictureArrays {
   public:
     /// Opens the file. Throws Error (kInput) if it is not a picture, or if its arrays contradict
-    /// each other. Warns of arrays that are ignored.
+    /// each other. Warns about arrays that it ignores.
     explicit PictureArrays(const std::string& path, const LayeredReadOptions& read = {});
 
     LayeredReadOptions options;
@@ -78,9 +78,9 @@ class PictureArrays {
 };
 
 /// Opens a picture of fragment lists; with `pixels`, opens a composite like openComposite()
-/// (formats/layered/opened_picture.h). Reads where every pixel's list begins, so that info().plan
-/// has the layers with their windows and pixels, and the actual fragment counts. Throws Error
-/// (kInput) if the file is of the other kind, or if lists are out of order; (kUsage) if the options
+/// (formats/layered/opened_picture.h). Reads the splits, so that info().plan has the window and the
+/// number of pixels of each layer, and the actual fragment counts. Throws Error (kInput) if the
+/// file holds the other kind of picture, or if lists are out of order; (kUsage) if the options
 /// choose a part or view.
 std::unique_ptr<LayeredInput> openArrays(std::unique_ptr<PictureArrays> arrays,
                                          bool pixels = false);

@@ -26,7 +26,7 @@ constexpr const char* kChannelsText = "peeler:channels";
 constexpr const char* kIdsText = "peeler:ids";
 constexpr const char* kCarriedText = "peeler:carried";
 
-/// Calls take(json) for a text, if present; turns exceptions into Errors (kInput) that name the
+/// Calls take(json) for a text, if present. Turns exceptions into Errors (kInput) that name the
 /// text.
 template <class Take>
 void withText(const Texts& texts, const char* name, const std::string& where, Take&& take) {

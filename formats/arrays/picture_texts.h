@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The metadata of pictures in array files: the attributes of an OpenEXR header, with those that are
-// not texts as JSON.
+// The metadata of pictures in array files: the attributes of an OpenEXR header. Attributes that are
+// not strings are stored as JSON.
 #pragma once
 
 #include <map>
@@ -16,7 +16,7 @@ using Texts = std::map<std::string, std::string>;
 /// The name of each channel array, with the names of its channels.
 using ArrayChannels = std::vector<std::pair<std::string, std::vector<std::string>>>;
 
-/// The key of the text that gives the picture's kind, and its two values.
+/// The key of the text that gives the picture's kind, and its two possible values.
 inline constexpr const char* kPictureKind = "peeler:arrays";
 inline constexpr const char* kLayersKind = "layers";
 inline constexpr const char* kCompositeKind = "composite";
@@ -27,8 +27,8 @@ inline constexpr const char* kCompositeKind = "composite";
 Texts pictureTexts(const char* kind, const Plan& plan, const Provenance& provenance,
                    const ArrayChannels& channels);
 
-// These functions parse the texts. They throw Error (kInput), naming `where` and the text that is
-// malformed.
+// The functions below parse the texts. They throw Error (kInput), naming `where` and the malformed
+// text.
 
 /// Returns the display window and the data window.
 std::pair<Window, Window> windowsIn(const Texts& texts, const std::string& where);

@@ -13,7 +13,7 @@
 
 namespace peeler {
 
-/// A scalar type, with its old and new name and its decoder.
+/// A scalar type, with its old and new names and its decoder.
 struct PlyType {
     std::string_view name, other_name;
     std::size_t size;  ///< bytes

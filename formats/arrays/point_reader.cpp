@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Recognises the format of a point file by its first bytes, and checks the points.
+// Recognition of point file formats by their first bytes, and checks of the points.
 #include "formats/arrays/point_reader.h"
 
 #include <algorithm>

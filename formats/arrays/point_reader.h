@@ -18,10 +18,11 @@ namespace peeler {
 /// The maximum number of points accepted from a file.
 inline constexpr std::uint64_t kMostPoints = std::uint64_t{1} << 28;
 
-/// Returns the points of a PLY file or a .npz, whichever the first bytes indicate, with their
-/// coordinates as stored. The file, up to 8 GiB, is held in memory meanwhile. Throws Error (kInput)
-/// if it is neither, is damaged, has no point or more than kMostPoints, or has a coordinate that is
-/// NaN or exceeds the range of 32-bit floats; (kMemory) if file and points exceed the budget.
+/// Returns the points of a PLY file or a .npz, with their coordinates as stored. The first bytes of
+/// the file decide its format. Holds the whole file, at most 8 GiB, in memory. Throws Error
+/// (kInput) if the file has neither format, is damaged, has no point or more than kMostPoints, or
+/// has a coordinate that is NaN or exceeds the range of 32-bit floats; (kMemory) if file and points
+/// exceed the budget.
 std::vector<glm::dvec3> readPoints(const std::filesystem::path& path,
                                    const MemoryBudget& memory = {});
 
@@ -39,8 +40,8 @@ std::vector<glm::dvec3> plyPoints(
 /// Returns the points of a .npz as written by numpy.savez and savez_compressed (ZIP, PKWARE APPNOTE
 /// 6.3, with ZIP64; members in numpy.lib.format 1 to 3): the array `points`, else `positions`, else
 /// the only array of shape (n, 3). Elements are 32- or 64-bit floats in either byte order and in C
-/// or Fortran order. Never opens pickles. `where` is the file's name. Throws Error (kInput), and
-/// anything `allow` throws.
+/// or Fortran order. Never unpickles objects. `where` is the file's name. Throws Error (kInput),
+/// and anything `allow` throws.
 std::vector<glm::dvec3> npzPoints(
     std::span<const std::uint8_t> file, const std::string& where,
     const AllowBytes& allow = [](std::uint64_t) {});

@@ -19,7 +19,7 @@ struct SafetensorsArray {
     std::string name, type;  ///< `type` as in the file: "F32"
     std::vector<std::uint64_t> shape;
     std::uint64_t offset = 0, bytes = 0;  ///< position and size of the array's data in the file
-    /// Decoder of the elements; null if there is none (F16, BOOL, …).
+    /// Decoder of the elements; null for types that cannot be decoded (F16, BOOL, …).
     const ArrayNumber* number = nullptr;
 };
 

@@ -20,7 +20,7 @@ namespace peeler {
 
 /// Per-pixel fragment lists stored as planes: plane k holds the k-th fragment of every list. Where
 /// a list is shorter, half and float arrays hold DenseSettings::fill or repeat the last fragment
-/// (repeat_last), uint32 arrays 0xFFFFFFFF (no index), and int32 arrays 0.
+/// (repeat_last), uint32 arrays hold 0xFFFFFFFF (no index), and int32 arrays hold 0.
 class DensePlanes {
   public:
     /// The type and number of values stored per fragment.
@@ -29,15 +29,15 @@ class DensePlanes {
         std::size_t components = 1;
     };
 
-    /// `layers` is the number of planes and overrides that in the settings.
+    /// `layers` is the number of planes; DenseSettings::layers is ignored.
     DensePlanes(const DenseSettings& settings, std::uint32_t layers)
         : settings_(settings), layers_(layers) {}
 
-    /// Returns the type in which a column is stored: the settings' type if the column is half or
-    /// float, else the column's own.
+    /// Returns the type in which a column is stored: the settings' type for half and float columns,
+    /// else the column's own type.
     NumberType typeOf(NumberType type) const;
-    /// Returns a column's array, of shape (`pixels`…, planes), plus an axis of `components` if
-    /// there are several.
+    /// Returns a column's array, of shape (`pixels`…, planes), or (`pixels`…, planes, components)
+    /// if the column has several components.
     NamedArray array(std::string name, const Column& column,
                      std::vector<std::uint64_t> pixels) const;
     /// Returns the bytes that the column takes per pixel.
@@ -62,8 +62,8 @@ class DensePlanes {
     std::uint32_t layers_;
 };
 
-/// A property that every point has. Names known to readers: x y z, nx ny nz, red green blue alpha
-/// (uchar, sRGB, straight alpha).
+/// A property of every point. Readers know the names x y z, nx ny nz, red green blue alpha (uchar,
+/// sRGB, straight alpha).
 struct PlyProperty {
     std::string name;  ///< without white space
     NumberType type = NumberType::kFloat;
@@ -85,8 +85,8 @@ class PlyWriter {
 
     /// Returns the size of a point in bytes: the sum of its properties, without padding.
     std::size_t pointSize() const { return point_size_; }
-    /// Appends whole points, pointSize() bytes each. Throws Error (kOutput). Not for several
-    /// threads at once, nor together with writeAt().
+    /// Appends whole points, pointSize() bytes each. Throws Error (kOutput). Must not be called by
+    /// several threads at once, nor together with writeAt().
     void append(std::span<const std::byte> points);
     /// Writes whole points from the index `first` on, in any order and from several threads at
     /// once. Every point must be written exactly once.

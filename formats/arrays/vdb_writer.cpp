@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// .vdb writer: everything around the grid. Code that uses OpenVDB is in
+// .vdb writer: the file around the grid. The code that uses OpenVDB is in
 // formats/modules/vdb_grid.cpp.
 #include "formats/arrays/vdb_writer.h"
 
@@ -22,7 +22,7 @@ namespace {
 // the UUID as text.
 constexpr std::uint64_t kUuidAt = 21, kUuidSize = 36;
 
-/// A 64-bit FNV-1a hash of a file's bytes, leaving out those of its UUID.
+/// A 64-bit FNV-1a hash of a file's bytes, without its UUID.
 class ContentHash {
   public:
     explicit ContentHash(std::uint64_t basis) : hash_(basis) {}

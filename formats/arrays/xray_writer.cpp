@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Writer of layers for X-Ray. The loader that reads them is load_xrays() in src/dataset.py; the
-// authors' writer is preprocess/get_xray/gen_objaverse.py. Their files have float data and int32
-// indices and are compressed; numpy reads ours in the same way.
+// authors' writer is preprocess/get_xray/gen_objaverse.py. The authors' files have float data and
+// int32 indices and are compressed; numpy reads both in the same way.
 #include <algorithm>
 #include <array>
 #include <glm/glm.hpp>
@@ -102,7 +102,7 @@ class XrayWriter final : public Sink {
     }
 
     void write(LayeredImage&& band) override {
-        // Chosen so that the data fits into a core's own cache.
+        // Chosen so that the data fits into the cache of one core.
         constexpr std::size_t kPixelsAtOnce = std::size_t{1} << 15;
         const XrayNumbers numbers(band, plan_.view);
         parallelFor(kXrayRows, [&](std::size_t row) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // BOP scene cameras: scene_camera.json, with scene_gt.json and camera.json.
 // https://github.com/thodan/bop_toolkit/blob/master/docs/bop_datasets_format.md
-// Pixel coordinates count from the upper left pixel's centre, as in the toolkit's
+// The pixel coordinates (0, 0) are the centre of the upper left pixel, as in the toolkit's
 // misc.depth_im_to_dist_im().
 #include <algorithm>
 #include <array>
@@ -21,15 +21,17 @@ namespace {
 constexpr double kMillimetres = 1000;  ///< millimetres per metre
 constexpr std::string_view kSceneCamera = "scene_camera";
 
-// Keys that are read, or that are ignored without a warning because they do not affect the view.
+// Keys that are read, and keys that are ignored without a warning because they do not affect the
+// view.
 constexpr std::string_view kPictureKeys[] = {"cam_K",       "cam_R_w2c",  "cam_t_w2c",
                                              "depth_scale", "view_level", "mode"};
 constexpr std::string_view kCameraKeys[] = {"width", "height", "fx",         "fy",
                                             "cx",    "cy",     "depth_scale"};
 constexpr std::string_view kObjectKeys[] = {"obj_id", "cam_R_m2c", "cam_t_m2c"};
 
-/// Returns the path of the file `name` that belongs to the camera file `path`, in a folder relative
-/// to it. Datasets with several sensors have scene_camera_SENSOR.json, and so on.
+/// Returns the path of the file `name` that accompanies the camera file `path`; `folder` is
+/// relative to that file's folder. Datasets with several sensors have scene_camera_SENSOR.json, and
+/// so on.
 std::filesystem::path companion(const std::filesystem::path& path, const std::string& folder,
                                 const std::string& name) {
     const std::string stem = path.stem().string();
@@ -38,7 +40,8 @@ std::filesystem::path companion(const std::filesystem::path& path, const std::st
     return path.parent_path() / folder / (name + sensor + ".json");
 }
 
-/// Returns the matrix for two members: a rotation (row by row) and a translation (millimetres).
+/// Returns the rigid matrix given by two members: a rotation (row by row) and a translation
+/// (millimetres).
 glm::dmat4 rigidMembers(const CameraObject& object, const char* turn, const char* shift) {
     const std::array<double, 9> identity = {1, 0, 0, 0, 1, 0, 0, 0, 1};
     const auto rotation = object.numbers(turn, 9);
@@ -83,13 +86,13 @@ std::vector<std::pair<std::uint32_t, const nlohmann::json*>> picturesIn(const nl
     return pictures;
 }
 
-/// Returns the size of the pictures, from a camera.json beside the file or in one of the two
-/// folders above.
+/// Returns the size of the pictures from a camera.json, which may be in the file's folder, its
+/// parent, or the parent's parent.
 Size sizeBeside(const CameraSource& source) {
     for (const char* folder : {".", "..", "../.."}) {
         for (const auto& path : {companion(source.path, folder, "camera"),
                                  source.path.parent_path() / folder / "camera.json"}) {
-            if (!isSeen(path)) continue;  // also if the parent folders are unreadable
+            if (!isSeen(path)) continue;  // also skips files in unreadable folders
             const nlohmann::json root = readCameraJson(path);
             const CameraObject camera(root, path.lexically_normal().string(), "");
             warnOfOthers(camera, kCameraKeys, source.warnings);

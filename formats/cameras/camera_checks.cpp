@@ -36,8 +36,7 @@ std::string_view asText(std::span<const std::uint8_t> bytes) {
 }
 
 nlohmann::json readCameraJson(const std::filesystem::path& path) {
-    // A parsed value takes up to ten times the memory of its text, so values are counted before
-    // parsing.
+    // A parsed value takes up to ten times the memory of its text, so the values are counted first.
     constexpr std::uint64_t kMostValues = 64 * kMostViews;
     const std::vector<std::uint8_t> bytes = readCameraBytes(path);
     const std::string_view text = asText(bytes);
@@ -74,8 +73,8 @@ glm::dmat4 rigidInverse(const glm::dmat4& matrix) {
 
 glm::dmat4 poseOfOpencv(const glm::dmat4& world_to_camera, const std::string& where) {
     glm::dmat4 turn = glm::dmat4(glm::dmat3(checkedPose(world_to_camera, where)));
-    // Make the rows rigid, not the columns: the rows are the camera's axes in the world, so the eye
-    // then stays where these axes put it.
+    // The rows are the camera's axes in the world, from which the eye's position follows. Making
+    // the rows rigid, not the columns, keeps that position.
     if (!(distanceFromRigid(turn) < kRigidByRounding))
         turn = glm::transpose(rigid(glm::transpose(turn)).value_or(turn));
     turn[3] = world_to_camera[3];
@@ -128,7 +127,7 @@ void checkDepthPlanes(const FileCamera& camera, const std::string& where) {
 std::string viewName(const std::string& picture) {
     const std::size_t slash = picture.find_last_of("/\\");
     std::string name = slash == std::string::npos ? picture : picture.substr(slash + 1);
-    // NeRF's picture names have no extension, but may have a number after a dot.
+    // Picture names in NeRF's files have no extension, but may end in a dot and a number.
     const std::size_t dot = name.rfind('.');
     const auto isLetter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
     if (dot != std::string::npos && dot > 0 && dot + 1 < name.size() && isLetter(name[dot + 1]))

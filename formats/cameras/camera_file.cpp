@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The table of camera file formats, and the steps that all formats share.
+// The table of camera file formats, and reading and writing steps that all formats share.
 #include "formats/cameras/camera_file.h"
 
 #include <algorithm>
@@ -33,7 +33,7 @@ std::string_view nameOf(CameraConvention convention) {
     return kConventions[static_cast<std::size_t>(convention)].name;
 }
 
-/// Throws Error (kUsage) if a convention is given that is not the format's.
+/// Throws Error (kUsage) if the options give a convention that contradicts the format's.
 void checkConvention(const CameraFormat& format, const CameraSource& source) {
     const auto asked = source.options.convention;
     // Arrays have no convention of their own, so any may be given.
@@ -115,7 +115,7 @@ std::vector<FileCamera> readCameras(const std::filesystem::path& path,
     const auto* const format = std::ranges::find_if(
         kCameraFormats, [&](const CameraFormat* row) { return row->holds(source); });
     if (format == std::end(kCameraFormats)) {
-        readCameraBytes(path);  // reports a missing file as such
+        readCameraBytes(path);  // throws if the file is missing
         refuseCamera("unknown camera format", path.string(),
                      "give transforms.json with \"frames\", BOP's scene_camera.json, a COLMAP "
                      "folder, .npy or .npz, or .jsonl");

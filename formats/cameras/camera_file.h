@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Camera files of other programs and our own: reads views from them, and writes views to them.
+// Camera files of peeler and of other programs: readers and writers of views.
 #pragma once
 
 #include <array>
@@ -28,40 +28,40 @@ struct PlacedObject {
     glm::dmat4 to_world{1};
 };
 
-/// One camera of a file. The file may leave values open, which the caller then chooses.
+/// One camera of a file. The caller chooses missing values.
 struct FileCamera {
-    std::string name;     ///< name of its picture without folder and extension, else its number
+    std::string name;     ///< name of its picture without folder and extension, else its index
     std::string picture;  ///< file name of its picture as stored in the file; "" if there is none
     /// In glTF's axes: the camera looks along −Z, with +Y up. Rigid to 1e-4 (distanceFromRigid()).
     glm::dmat4 camera_to_world{1};
     std::optional<Intrinsics> intrinsics;
-    std::optional<double> fov, ortho_height;  ///< in place of intrinsics, as in CameraChoice
-    /// Metres; only in JSON lines and in our own transforms.json.
+    std::optional<double> fov, ortho_height;  ///< instead of intrinsics, as in CameraChoice
+    /// Metres; only in JSON lines and in transforms.json written by peeler.
     std::optional<double> near, far;
     Size size{0, 0};  ///< {0, 0} if unknown
     std::vector<PlacedObject> objects;
 };
 
-/// The axes of poses, for files that do not define them.
+/// The axes of poses, for files whose format does not define them.
 enum class CameraConvention {
     kOpencv,   ///< world to camera; the camera looks along +Z, with +Y down
     kOpengl,   ///< camera to world; the camera looks along −Z, with +Y up
-    kBlender,  ///< as kOpengl, but the file's world has +Z up: its (x, y, z) becomes (x, z, −y)
+    kBlender,  ///< as kOpengl, but in a world with +Z up: (x, y, z) becomes (x, z, −y)
 };
 
 struct CameraConventionInfo {
     std::string_view name, summary;
 };
-/// Returns "opencv", "opengl", "blender" with their summaries, in the order of the enumeration.
+/// Returns the names and summaries of the conventions, in the order of the enumeration.
 std::span<const CameraConventionInfo> cameraConventions();
-/// Returns the convention with this name. For an unknown name, throws Error (kUsage), which lists
-/// the names.
+/// Returns the convention with this name. Throws Error (kUsage), with a list of the names, if the
+/// name is unknown.
 CameraConvention cameraConvention(const std::string& name);
 
 struct CameraFileOptions {
-    /// Required for arrays of poses. All other formats have a convention, and only that or kBlender
-    /// may be given; kBlender turns the file's world but leaves the camera axes as the format
-    /// defines them.
+    /// Required for arrays of poses. Every other format has a convention and accepts only that one
+    /// or kBlender. With kBlender, only the file's world is turned; the camera axes stay as the
+    /// format defines them.
     std::optional<CameraConvention> convention{};
     Size size{0, 0};  ///< size of the pictures, if the file does not define it
 };
@@ -69,25 +69,24 @@ struct CameraFileOptions {
 /// Reads the views of a camera file, in the order of the file, or by picture number (BOP, COLMAP).
 /// Recognises the format by name and content: transforms.json (nerfstudio, instant-ngp); BOP's
 /// scene_camera.json with the files beside it; a COLMAP folder, text or binary, or one of its
-/// files; .npy and .npz; and our own .jsonl. formats/README.md, "Cameras", has the conventions and
-/// the keys read from each format. Warns of anything else in the file.
+/// files; .npy and .npz; and peeler's own .jsonl. formats/README.md, "Cameras", has the conventions
+/// and the keys read from each format. Warns about everything else in the file.
 ///
 /// Throws Error (kInput), with the place (JSON pointer, line, byte), if the file is missing, larger
 /// than kMostCameraBytes, damaged or has more than kMostViews views, or if it has numbers that are
 /// not finite, poses that are not rigid, skew or lens distortion. Throws Error (kUsage) if a
-/// required convention is missing, or if the given one is not the format's.
+/// required convention is missing, or if the given convention contradicts the format's.
 std::vector<FileCamera> readCameras(const std::filesystem::path& path,
                                     const CameraFileOptions& options, ReadWarnings& warnings);
 
-/// Returns a view's camera, to be stored in a file: pose, intrinsics and size of its crop, near and
-/// far. For an orthographic view, `ortho_height` is the height of the crop. cameraChoice() of the
-/// result makes a view with the same rays; storing and reading that view again reproduces it bit by
-/// bit.
+/// Returns a view's camera as stored in files: pose, intrinsics and size of the crop, near and far.
+/// For an orthographic view, `ortho_height` is the height of the crop. cameraChoice() makes a view
+/// with the same rays from it. That view, stored and read again, is identical bit by bit.
 FileCamera fileCamera(const View& view, std::string name);
 
 /// Returns the camera choice for a camera from a file: pose, intrinsics or field of view, near, far
-/// and size. If the file does not give a size, that of `choice` stays; but if it gives intrinsics
-/// without a size, throws Error (kUsage).
+/// and size. Keeps the size of `choice` if the file gives none. Throws Error (kUsage) if the file
+/// gives intrinsics but no size.
 CameraChoice cameraChoice(const FileCamera& camera, CameraChoice choice = {});
 
 /// A point of a scene, for COLMAP's points3D.
@@ -101,20 +100,21 @@ struct CameraOutputOptions {
     double depth_scale = 1;                ///< BOP: millimetres per unit of the depth pictures
 };
 
-/// Whether the format that the name chooses can store points. Throws like checkCameraOutput().
+/// Whether the format chosen by the path's file name can store points. Throws like
+/// checkCameraOutput().
 bool holdsScenePoints(const std::string& path);
 
-/// Throws Error (kUsage) if the name chooses no format. Valid names are `transforms.json` and other
+/// Throws Error (kUsage) if no format accepts the path. Valid paths are `transforms.json` and other
 /// .json, `scene_camera….json`, a folder (an existing one, a name without extension, or one with a
 /// trailing slash), and `cameras.bin` or `cameras.txt` in a folder.
 void checkCameraOutput(const std::string& path);
 
-/// Returns the files that are read or written under a name: all files of a COLMAP model; BOP's
+/// Returns the files that are read or written for a path: all files of a COLMAP model; BOP's
 /// scene_camera with camera and scene_gt beside it; else the file itself.
 std::vector<std::filesystem::path> cameraFiles(const std::filesystem::path& path);
 
-/// Writes cameras in the format that the name chooses; publishes all files of the format, or none.
-/// Throws Error (kUsage) for a name that checkCameraOutput() refuses; if there are no cameras; for
+/// Writes cameras in the format chosen by the path; publishes all files of the format, or none.
+/// Throws Error (kUsage) for a path that checkCameraOutput() refuses; if there are no cameras; for
 /// orthographic cameras and cameras without a size; for names that the format cannot store; and,
 /// for BOP, if sizes differ. Also throws Error (kOutput).
 void writeCameras(const std::string& path, std::span<const FileCamera> cameras,

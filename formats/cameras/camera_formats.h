@@ -20,29 +20,29 @@ struct CameraSource {
     CameraFileOptions options;
     ReadWarnings& warnings;
 
-    /// Returns the content of the file, a .json, which is parsed only once.
+    /// Returns the content of the file, which must be JSON. Parses it only once.
     const nlohmann::json& json() const;
 
   private:
     mutable std::shared_ptr<const nlohmann::json> json_;
 };
 
-/// A camera format. A new one needs a source file in this folder and a row in the table.
+/// A camera format. To add a format, add a source file in this folder and a row in the table.
 struct CameraFormat {
     const char* name;  ///< for messages
     /// The axes of the format's poses; nothing if its files do not define them.
     std::optional<CameraConvention> convention;
-    /// Whether the source has this format, by name or content.
+    /// Whether the source has this format, judged by name or content.
     bool (*holds)(const CameraSource& source);
-    /// Reads the views. The world may stay as in the file; names may stay empty, and then become
-    /// the views' numbers.
+    /// Reads the views. Their world may stay as in the file. Names may stay empty; the caller then
+    /// uses the picture's name or the view's index.
     std::vector<FileCamera> (*read)(const CameraSource& source);
-    // The following are null for formats that are only read.
-    /// Whether the name chooses this format for writing.
+    // The members below are null for formats without a writer.
+    /// Whether the path chooses this format for writing.
     bool (*written)(const std::filesystem::path& path);
-    /// Returns all files that belong to this name.
+    /// Returns all files that are read or written for this path.
     std::vector<std::filesystem::path> (*files)(const std::filesystem::path& path);
-    /// Returns the contents of files(), in that order; contents may be missing for the last ones.
+    /// Returns the contents of files(), in the same order; the last ones may be missing.
     std::vector<std::string> (*write)(const std::filesystem::path& path,
                                       std::span<const FileCamera> cameras,
                                       const CameraOutputOptions& options);
@@ -53,7 +53,7 @@ extern const CameraFormat kTransformsFormat, kBopFormat, kColmapFormat, kPoseArr
 
 // Defined in camera_checks.cpp.
 
-/// Throws Error (kInput).
+/// Throws Error (kInput) with these texts.
 [[noreturn]] void refuseCamera(const Text& what, const Text& where, const Text& hint = {});
 
 /// Returns the bytes of a camera file. Throws Error (kInput).
@@ -70,7 +70,7 @@ void checkViewCount(std::uint64_t count, const std::string& where);
 /// Returns a camera's matrix if it is rigid; otherwise throws Error (kInput).
 const glm::dmat4& checkedPose(const glm::dmat4& matrix, const std::string& where);
 /// Returns FileCamera::camera_to_world for a world-to-camera matrix in OpenCV's axes. Throws Error
-/// (kInput) if that is not rigid.
+/// (kInput) if the matrix is not rigid.
 glm::dmat4 poseOfOpencv(const glm::dmat4& world_to_camera, const std::string& where);
 /// The inverse of poseOfOpencv(); the matrix must be rigid.
 glm::dmat4 opencvOfPose(const glm::dmat4& camera_to_world);
@@ -80,7 +80,7 @@ glm::dmat4 rigidInverse(const glm::dmat4& matrix);
 /// Returns the intrinsics. Throws Error (kInput) unless focal lengths are above 0 and all values
 /// finite.
 Intrinsics checkedIntrinsics(const Intrinsics& intrinsics, const std::string& where);
-/// Returns the intrinsics in a matrix K (row-major, with our pixel coordinates).
+/// Returns the intrinsics in a matrix K (row-major, with peeler's pixel coordinates).
 Intrinsics intrinsicsOfK(std::span<const double, 9> k, const std::string& where);
 /// Returns a picture's size. Throws Error (kInput) unless both sides are integers, from 1 to the
 /// limits.
@@ -92,22 +92,22 @@ void checkDepthPlanes(const FileCamera& camera, const std::string& where);
 /// The hint of errors about lens distortion.
 inline constexpr const char* kUndistort = "undistort the pictures first";
 
-/// Returns the part of a picture's file name that names its view: without folder and extension.
+/// Returns the name of a picture's view: the picture's file name without folder and extension.
 std::string viewName(const std::string& picture);
 
-/// An object in a JSON camera file that knows its place: "file.json, /frames/3".
+/// An object in a JSON camera file, with its place in the file: "file.json, /frames/3".
 class CameraObject {
   public:
-    /// `value` must outlive this. Throws Error (kInput) if it is not a JSON object.
+    /// `value` must outlive this object. Throws Error (kInput) if it is not a JSON object.
     CameraObject(const nlohmann::json& value, std::string file, std::string pointer);
 
     const nlohmann::json& value() const { return value_; }
     const std::string& pointer() const { return pointer_; }
-    /// Returns the place, for messages, of the object or of a member.
+    /// Returns the place of the object, or of a member, for messages.
     std::string where() const;
     std::string where(std::string_view key) const;
 
-    /// Returns the member; null if it is missing or null.
+    /// Returns the member; a null pointer if it is missing or JSON null.
     const nlohmann::json* find(const char* key) const;
     bool has(const char* key) const { return find(key) != nullptr; }
     /// Returns a finite number, if present. Throws Error (kInput) if the member is anything else.
@@ -136,7 +136,7 @@ class CameraObject {
     std::string file_, pointer_;
 };
 
-/// Warns of each member whose key is not in `known`.
+/// Warns about each member whose key is not in `known`.
 void warnOfOthers(const CameraObject& object, std::span<const std::string_view> known,
                   ReadWarnings& warnings);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// JSON lines of cameras, a format of our own: one JSON object per line.
+// JSON lines of cameras, peeler's own format: one JSON object per line.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -39,7 +39,8 @@ void checkKeys(const CameraObject& line) {
                          "far, and cameraToWorld, worldToCamera or eye, target, up");
 }
 
-/// Returns how many of these keys are present, 0 or 1. Throws Error (kInput) if there are more.
+/// Returns the number of these keys that are present, 0 or 1. Throws Error (kInput) if there are
+/// more.
 int oneOf(const CameraObject& line, std::initializer_list<const char*> keys) {
     std::string found;
     int count = 0;
@@ -83,7 +84,7 @@ glm::dmat4 placeIn(const CameraObject& line, bool z_up) {
     const auto up = vector(line, "up");
     const glm::dvec3 upwards = z_up ? glm::dvec3(0, 0, 1) : glm::dvec3(0, 1, 0);
     auto place = lookAlong(eye, target - eye, up.value_or(upwards));
-    // When looking straight down, north is up, as for a camera built from `eye`.
+    // When the camera looks straight down or up, north is up, as for CameraChoice.
     if (!place && !up)
         place = lookAlong(eye, target - eye, z_up ? glm::dvec3(0, 1, 0) : glm::dvec3(0, 0, -1));
     if (!place)

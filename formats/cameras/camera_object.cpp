@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads numbers from JSON camera files, and names the place of each error.
+// Readers of numbers from JSON camera files, with the place of each error.
 #include <algorithm>
 #include <cmath>
 
@@ -13,7 +13,7 @@ std::string placeIn(const std::string& file, const std::string& pointer) {
     return pointer.empty() ? file : file + ", " + pointer;
 }
 
-/// Returns a finite number. (The JSON parser has already refused literals that are too large.)
+/// Returns a finite number. (The JSON parser rejects literals that are too large.)
 double finiteNumber(const nlohmann::json& value, const std::string& where) {
     if (!value.is_number()) refuseCamera("expected a number, not " + shownJson(value), where);
     const auto number = value.get<double>();
@@ -57,8 +57,7 @@ std::vector<double> CameraObject::list(const nlohmann::json& value, const std::s
     numbers.reserve(count);
     for (std::size_t i = 0; i < count; ++i) {
         numbers.push_back(value[i].is_number() ? value[i].get<double>() : NAN);
-        // The place is built only on failure, because building it costs more than reading the
-        // number.
+        // Building the place costs more than reading the number, so it is built only on failure.
         if (!std::isfinite(numbers.back()))
             finiteNumber(value[i], placeIn(file_, childPointer(pointer, i)));
     }

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Helpers for camera writers: numbers that read back unchanged, and checks for cameras that formats
-// cannot represent.
+// Helpers for camera writers: text of numbers that reads back unchanged, and checks of cameras.
 #include <array>
 #include <charconv>
 #include <cmath>

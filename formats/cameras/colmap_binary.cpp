@@ -31,7 +31,8 @@ class ColmapBytes {
             number = take<double>();
         return numbers;
     }
-    /// Reads the number of records that follow, each of at least `least` bytes.
+    /// Reads the number of records. Throws Error (kInput) if the rest of the file cannot hold this
+    /// many records of at least `least` bytes.
     std::uint64_t takeCount(std::uint64_t least) {
         const std::string place = where();
         const auto count = take<std::uint64_t>();
@@ -51,7 +52,7 @@ class ColmapBytes {
         return text;
     }
     void skip(std::uint64_t count) { part(count); }
-    /// Throws Error (kInput) if the file goes on after this.
+    /// Throws Error (kInput) if data follows.
     void end() const {
         if (at_ != bytes_.size()) refuseCamera("data follows the last number", where());
     }
@@ -119,7 +120,7 @@ std::vector<ColmapImage> readImagesFile(const std::filesystem::path& path) {
     return images;
 }
 
-/// Builds a binary file's content, number by number.
+/// A builder of a binary file's content, number by number.
 class BinaryText {
   public:
     template <class T>

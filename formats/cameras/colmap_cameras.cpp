@@ -59,7 +59,7 @@ bool isColmap(const CameraSource& source) {
     return isFolder(source.path) || isModelFile(source.path);
 }
 
-/// Finds the model at a path. In a folder with both kinds of files, prefers the binary ones, as
+/// Returns the model at a path. In a folder with both kinds of files, prefers the binary ones, as
 /// COLMAP does.
 ModelFiles modelAt(const std::filesystem::path& path) {
     if (!isFolder(path)) return {path.parent_path(), path.extension().string()};
@@ -122,7 +122,8 @@ ColmapModel modelOf(std::span<const FileCamera> cameras) {
         image.camera = id;
         image.name = camera.picture.empty() ? camera.name : camera.picture;
         image.camera_to_world = camera.camera_to_world;
-        // In a text model, a name ends with the line; older readers end it at the first space.
+        // In a text model, the name is the rest of the line, but older readers end it at the first
+        // space.
         const auto ends = [](char c) { return static_cast<unsigned char>(c) <= ' '; };
         if (image.name.empty() || std::ranges::any_of(image.name, ends))
             throw Error(ErrorKind::kUsage, "a COLMAP name must not be empty or contain a space",
@@ -131,7 +132,7 @@ ColmapModel modelOf(std::span<const FileCamera> cameras) {
     return model;
 }
 
-/// Returns the folder and extension of the model that is written under this name.
+/// Returns the folder and extension of the model that is written to this path.
 ModelFiles modelFor(const std::filesystem::path& path) {
     if (isModelFile(path) && !isFolder(path)) return {path.parent_path(), path.extension()};
     return {path, ".bin"};

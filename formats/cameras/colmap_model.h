@@ -18,9 +18,9 @@ struct ColmapLens {
     int id;
     std::string_view name;
     int parameters;
-    /// The number of focal lengths, which come first among the parameters. The next two are the
-    /// principal point, measured from the corner of the upper left pixel, and all others must be 0.
-    /// If focal_lengths is 0, the model is never a pinhole.
+    /// The number of focal lengths, which are the first parameters. The next two are the principal
+    /// point, measured from the corner of the upper left pixel. All others must be 0. A model with
+    /// focal_lengths = 0 is never a pinhole.
     int focal_lengths;
 };
 
@@ -29,13 +29,13 @@ const ColmapLens* colmapLens(int id);
 const ColmapLens* colmapLens(std::string_view name);
 
 struct ColmapCamera {
-    Intrinsics intrinsics;  ///< in our convention
+    Intrinsics intrinsics;  ///< in peeler's convention
     Size size;
 };
 struct ColmapImage {
     std::uint32_t id = 0, camera = 0;
     std::string name;
-    glm::dmat4 camera_to_world{1};  ///< in our convention
+    glm::dmat4 camera_to_world{1};  ///< in peeler's convention
 };
 struct ColmapModel {
     std::map<std::uint32_t, ColmapCamera> cameras;
@@ -44,7 +44,8 @@ struct ColmapModel {
 
 // Defined in colmap_cameras.cpp.
 
-/// Returns the camera with these parameters. Throws Error (kInput) if it has lens distortion.
+/// Returns the camera with these parameters. Throws Error (kInput) if the camera has lens
+/// distortion.
 ColmapCamera colmapCamera(const ColmapLens& lens, double width, double height,
                           std::span<const double> parameters, const std::string& where);
 /// Returns the pose (camera to world) for an image's qw, qx, qy, qz, tx, ty, tz (world to camera).

@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::string_view kBlanks = " \t\r";
 
-/// Reads the lines of a text, and the words in each line.
+/// A reader of the lines of a text, and of the words in each line.
 class TextLines {
   public:
     TextLines(std::string_view text, std::string file) : text_(text), file_(std::move(file)) {}
@@ -98,8 +98,8 @@ std::map<std::uint32_t, ColmapCamera> readCameraLines(const std::filesystem::pat
     return cameras;
 }
 
-/// Skips the line of points after an image; the line may be empty. Throws Error (kInput) if the
-/// line holds anything else, such as the next image in files that lack these lines.
+/// Skips the line of points after an image. The line may be empty. Throws Error (kInput) if it
+/// holds anything else: files without these lines have the next image there.
 void passPoints(TextLines& lines) {
     if (!lines.next()) return;
     while (lines.hasMore()) {

@@ -13,11 +13,11 @@ namespace {
 
 enum class PoseDirection { kUnknown, kToCamera, kToWorld };
 
-/// A name that the pose array in an archive may have; the first one present is used.
+/// A possible name of the pose array in an archive. The first name present is used.
 struct PoseArray {
     const char* name;
     PoseDirection direction;
-    /// The convention that this name implies unless another is given.
+    /// The convention that this name implies; an explicit convention overrides it.
     std::optional<CameraConvention> convention;
 };
 constexpr PoseArray kPoseArrays[] = {
@@ -29,7 +29,7 @@ constexpr PoseArray kPoseArrays[] = {
     {"c2w", PoseDirection::kToWorld, {}},
 };
 
-/// An array with one item per view, all of one shape, or with a single item for all views.
+/// An array with one item per view, or with a single item for all views.
 class ThingArray {
   public:
     /// `lengths` is the shape that every item must have.
@@ -41,7 +41,7 @@ class ThingArray {
         const std::size_t first = is_one_ ? 0 : 1;
         bool fits = shape.size() == lengths.size() + first;
         for (std::size_t i = 0; fits && i < lengths.size(); ++i) {
-            // Items of three rows of four numbers may have a fourth row.
+            // An item of three rows of four numbers may have a fourth row.
             const bool is_rows = lengths == std::vector<std::uint64_t>{3, 4} && i == 0;
             fits = shape[i + first] == lengths[i] || (is_rows && shape[first] == 4);
         }
@@ -54,7 +54,7 @@ class ThingArray {
 
     bool isOne() const { return is_one_; }
     std::uint64_t count() const { return count_; }
-    /// Returns the item for a view as values in C order.
+    /// Returns a view's item as values in C order.
     std::vector<double> operator[](std::uint64_t index) const {
         std::vector<double> numbers;
         for (std::uint64_t i = 0; i < size_; ++i)
@@ -79,7 +79,7 @@ class ThingArray {
     std::uint64_t size_ = 0, count_ = 0;
 };
 
-/// Returns the camera-to-world matrix in glTF's axes for a matrix from the file.
+/// Returns the camera-to-world matrix in glTF's axes for a file's matrix.
 glm::dmat4 poseOf(const glm::dmat4& matrix, PoseDirection direction, CameraConvention convention,
                   const std::string& where) {
     const bool is_opencv = convention == CameraConvention::kOpencv;
@@ -125,7 +125,7 @@ class ArchivedThings {
         const NpzArchive::Member* const member = archive.find(name);
         if (!member) return;
         where_ = archive.placeOf(*member);
-        // Highly compressed data may exceed the size limit of camera files once decompressed.
+        // Highly compressed data may exceed the size limit of camera files after decompression.
         if (member->size > kMostCameraBytes) refuseCamera("the array is too large", where_);
         array_ = npyArray(archive.contents(*member, storage_), where_);
         if (!array_) refuseCamera("expected an array of numbers", where_);

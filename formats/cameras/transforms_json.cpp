@@ -19,13 +19,13 @@
 namespace peeler {
 namespace {
 
-constexpr const char* kNearKey = "peeler_near";  // a key of our own, which other programs ignore
+constexpr const char* kNearKey = "peeler_near";  // peeler's own key, which other programs ignore
 constexpr const char* kFarKey = "peeler_far";
-// Written only if the view's name differs from that of the picture's file.
+// Written only if the view's name is not the picture's file name without folder and extension.
 constexpr const char* kNameKey = "peeler_name";
 
-/// Keys that are read, or that are ignored without a warning because they do not affect the view
-/// (but, for instance, training).
+/// Keys that are read, and keys that are ignored without a warning because they do not affect the
+/// view (some affect training, for instance).
 constexpr std::string_view kKnownKeys[] = {
     "frames", "file_path", "transform_matrix", "w", "h", "fl_x", "fl_y", "cx", "cy",
     "camera_angle_x", "camera_angle_y", "x_fov", "y_fov", "camera_model", "k1", "k2", "k3", "k4",
@@ -42,8 +42,8 @@ constexpr std::string_view kKnownKeys[] = {
     "fisheye_crop_radius", "orientation_override", "center_method_override",
     "auto_scale_poses_override"};
 
-/// An unsupported key that affects the view, and the warning about it. There is no warning if the
-/// value, or every number in a list, is `neutral`, which has no effect.
+/// An unsupported key that affects the view, and its warning. The value `neutral` has no effect. If
+/// the value, or every number of a list, is neutral, there is no warning.
 struct PassedOver {
     const char* key;
     double neutral;
@@ -78,7 +78,7 @@ void warnOfPassedOver(const CameraObject& holder, ReadWarnings& warnings) {
     warnOfOthers(holder, known, warnings);
 }
 
-/// The members of a frame; where it lacks one, that of the file applies.
+/// The members of a frame; the file's members are the defaults.
 class FrameMembers {
   public:
     FrameMembers(const CameraObject& frame, const CameraObject& all) : frame_(frame), all_(all) {}
@@ -207,7 +207,7 @@ bool isTransformsName(const std::filesystem::path& path) {
     return lowerExtension(path) == ".json" && !path.filename().string().starts_with("scene_camera");
 }
 
-/// Returns the text of the members for size and lens, each preceded by `before`.
+/// Returns the size and lens as the text of JSON members, each preceded by `before`.
 std::string lensText(const FileCamera& camera, const char* before) {
     const Intrinsics lens = writtenIntrinsics(camera);
     const std::pair<const char*, double> members[] = {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cryptomatte: hashes of names, and ranking of the names in each pixel by coverage.
+// Cryptomatte: hashes of names, and ranks of the names in each pixel by coverage.
 #include "formats/exr/cryptomatte.h"
 
 #include <OpenEXR/ImfIDManifest.h>
@@ -24,7 +24,7 @@ struct Cover {
     float coverage;
 };
 
-/// The coverage of each name in a pixel, ranked by falling coverage, then by hash.
+/// The coverage of each name in a pixel, in order of falling coverage, then of hash.
 class PixelCoverage {
   public:
     void add(std::uint32_t hash, float coverage) {

@@ -16,15 +16,15 @@
 
 namespace peeler {
 
-/// Returns the MurmurHash3_32 (seed 0) of a name's bytes, adjusted so that its bits are a normal
-/// float: if the exponent is all zeros or all ones, its lowest bit is flipped (uint32_to_float32 in
-/// the specification).
+/// Returns the MurmurHash3_32 (seed 0) of a name's bytes, adjusted to the bits of a normal float:
+/// if the exponent is all zeros or all ones, flips its lowest bit (uint32_to_float32 in the
+/// specification).
 std::uint32_t cryptomatteHash(const std::string& name);
 
-/// Returns a hash as eight hexadecimal digits, as manifests write it.
+/// Returns a hash as eight hexadecimal digits, as in manifests.
 std::string cryptomatteHex(std::uint32_t hash);
 
-/// A Cryptomatte layer: the channel that it takes ids from, and their names.
+/// A Cryptomatte layer: the channel of its ids, and their names.
 struct CryptomatteLayer {
     std::string name;                ///< "CryptoObject"
     std::string id_channel;          ///< "id.object"
@@ -37,7 +37,7 @@ std::vector<CryptomatteLayer> cryptomatteLayers(const IdNames& names);
 std::vector<std::pair<std::string, std::string>> cryptomatteAttributes(
     const CryptomatteLayer& layer);
 
-/// The number of names stored per pixel, those with the most coverage first.
+/// The number of names stored per pixel. The names with the highest coverage come first.
 inline constexpr std::size_t kCryptomatteRanks = 6;
 
 /// Returns an array, without pixels, of kCryptomatteRanks pairs (hash as float, coverage) per

@@ -19,8 +19,8 @@
 namespace peeler {
 namespace {
 
-/// Attributes that describe a part's storage, and those that our files always set themselves.
-/// ("Standard Attributes", openexr.com/en/latest/StandardAttributes.html.)
+/// Attributes that describe a part's storage, and attributes that peeler always sets. ("Standard
+/// Attributes", openexr.com/en/latest/StandardAttributes.html.)
 constexpr std::string_view kOfStorage[] = {"channels",
                                            "chunkCount",
                                            "compression",
@@ -54,7 +54,7 @@ constexpr std::string_view kOfView[] = {"far",
                                         "screenWindowWidth",
                                         "worldToCamera",
                                         "worldToNDC"};
-/// Attributes that our files set to new values or not at all: the date.
+/// The attributes of the date, which peeler sets anew or omits.
 constexpr std::string_view kOfOurs[] = {"capDate", "utcOffset"};
 
 template <std::size_t n>
@@ -85,11 +85,12 @@ class ValueStream final : public Imf::IStream {
     std::size_t place_ = 0;
 };
 
-/// Returns the attribute with OpenEXR's class for its type, or as opaque bytes. Throws whatever
-/// those classes throw.
+/// Returns the attribute with OpenEXR's class for its type, or as opaque bytes. Throws the
+/// exceptions of that class.
 std::unique_ptr<Imf::Attribute> attributeOf(const StoredAttribute& stored) {
-    Imf::staticInitialize();  // otherwise OpenEXR knows no types before the first header
-    // OpenEXR's classes for these types trust the sizes in the data, so these stay opaque bytes.
+    Imf::staticInitialize();  // OpenEXR knows no types before this call or the first header
+    // OpenEXR's classes for these types trust the sizes in the data, so keep the values as opaque
+    // bytes.
     const bool list = stored.type == "stringvector" || stored.type == "idmanifest" ||
                       stored.type == "preview" || stored.type == "chlist";
     std::unique_ptr<Imf::Attribute> attribute(
@@ -102,7 +103,7 @@ std::unique_ptr<Imf::Attribute> attributeOf(const StoredAttribute& stored) {
 }
 
 bool isValid(const StoredAttribute& stored) {
-    // OpenEXR requires these types for attributes of these names.
+    // OpenEXR requires these types for attributes with these names.
     if (stored.name == "capDate" && stored.type != "string") return false;
     if (stored.name == "utcOffset" && stored.type != "float") return false;
     try {
@@ -115,7 +116,7 @@ bool isValid(const StoredAttribute& stored) {
     }
 }
 
-/// Whether our files set an attribute of this name themselves.
+/// Whether peeler sets an attribute of this name in its files.
 bool isWrittenByUs(const std::string& name, bool camera_known) {
     return isOneOf(kOfStorage, name) || name.starts_with("peeler:") ||
            (camera_known && isOneOf(kOfView, name));
@@ -131,7 +132,7 @@ bool isRec709(const std::array<float, 8>& chromaticities) {
     return true;
 }
 
-/// Warns of header contents that are lost if only the pixels are read.
+/// Warns about header contents that are lost if only the pixels are read.
 void warnOfHeader(OpenedExr& opened, std::size_t part) {
     const ExrInputPart& header = opened.info.parts[part];
     ReadWarnings& warnings = opened.warnings;

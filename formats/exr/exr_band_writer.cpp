@@ -23,7 +23,7 @@ namespace {
 
 constexpr std::size_t kFileBuffer = std::size_t{1} << 20;  ///< buffer of an AtomicFile
 
-/// Returns the channels for colour and Z, with these sources.
+/// Returns the channels for colour and Z, with these sources of their values.
 std::vector<ExrChannel> colorChannels(const Plan& plan, int color, int z) {
     const std::vector<std::string> names = colorNames(plan.tinted);
     std::vector<ExrChannel> channels = {{"Z", PixelType::kFloat, z, 0, 1}};
@@ -32,7 +32,7 @@ std::vector<ExrChannel> colorChannels(const Plan& plan, int color, int z) {
     return channels;
 }
 
-/// Appends the channels of the arrays besides colour and Z.
+/// Appends the channels of the arrays other than colour and Z.
 void appendExrChannels(const std::vector<FragmentArray>& arrays,
                        std::vector<ExrChannel>& channels) {
     for (std::size_t i = 0; i < arrays.size(); ++i) {
@@ -95,7 +95,7 @@ void ExrBandWriter::write(const LayeredImage& band) {
 
 SinkMemory ExrBandWriter::memory(std::span<const ExrPart> parts, const Plan& plan,
                                  const OutputOptions& options) {
-    // Values per row, in the widest part and in all parts together.
+    // Values per row: in the widest part, and in all parts together.
     std::uint64_t widest = 0, all = 0;
     std::size_t last_file = 0;
     for (const ExrPart& part : parts) {
@@ -107,7 +107,7 @@ SinkMemory ExrBandWriter::memory(std::span<const ExrPart> parts, const Plan& pla
     }
     const std::uint64_t pixel = colorNames(plan.tinted).size() * pixelTypeSize(plan.color_type) +
                                 sizeof(float) + plan.channel_bytes;
-    std::uint64_t composite = 0;  // bytes per pixel besides colour and Z
+    std::uint64_t composite = 0;  // bytes per pixel in addition to colour and Z
     if (std::ranges::any_of(parts, &ExrPart::nearest_channels)) composite += plan.channel_bytes;
     if (options.cryptomatte) {
         for (const CryptomatteLayer& layer : cryptomatteLayers({}))
@@ -163,14 +163,14 @@ void ExrBandWriter::open(const LayeredImage& first_band) {
         exr_.push_back(std::make_unique<ExrOutput>(*files_[file], std::move(headers[file])));
     for (std::size_t part = 0; part < parts_.size(); ++part)
         chunks_.push_back(exr_[parts_[part].file]->chunkCount(place_[part]));
-    // The stored colours of layers are not converted; those of a composite are.
+    // Only the colours of composites are converted; stored colours of layers are not.
     if (layered && first_band.color.type != plan_.color_type) {
         throw Error(ErrorKind::kInternal, "a band's colours do not fit the plan",
                     files_.front()->path());
     }
 }
 
-/// Lists the channels of each part, from those of layers and those of the composite.
+/// Lists the channels of each part: those of layers, or those of the composite.
 void ExrBandWriter::findChannels(const LayeredImage& first_band) {
     auto layer_channels = colorChannels(plan_, ExrChannel::kColor, ExrChannel::kZ);
     appendExrChannels(first_band.extra, layer_channels);
@@ -257,8 +257,8 @@ std::vector<ExrBandWriter::Job> ExrBandWriter::finishedChunks(int end_row) {
             jobs.push_back({part, chunk, y0, y1});
         }
     }
-    // Chunks are ordered by the row that completes them, so that the order does not depend on the
-    // bands.
+    // Chunks are ordered by the row that completes them, so that their order in the file does not
+    // depend on the bands.
     std::sort(jobs.begin(), jobs.end(), [](const Job& a, const Job& b) {
         return a.y1 != b.y1 ? a.y1 < b.y1 : a.part < b.part;
     });
@@ -279,8 +279,8 @@ void ExrBandWriter::run(std::span<const Job> jobs, const LayeredImage& band) {
     boundBuffers();
 }
 
-/// Frees the buffers once they exceed a limit, because each would otherwise grow over time to the
-/// size of the largest chunk.
+/// Frees the buffers if they exceed a limit. Otherwise each would grow over time to the size of the
+/// largest chunk.
 void ExrBandWriter::boundBuffers() {
     std::size_t kept = packers_.bytesKept();
     for (const auto& packed : packed_)
@@ -318,7 +318,7 @@ std::uint64_t ExrBandWriter::gather(const Job& job, const LayeredImage& band,
     for (int y = job.y0; y < job.y1; ++y) {
         const bool is_carried = y < carried_.window.y1;
         const LayeredImage& image = is_carried ? carried_ : band;
-        // Channels are sorted by name, so those of the same layer are adjacent.
+        // Channels are sorted by name, so the channels of a layer are adjacent.
         for (std::size_t first = 0, end = 0; first < all.size(); first = end) {
             const int layer = all[first].layer;
             while (end < all.size() && all[end].layer == layer)

@@ -24,12 +24,12 @@ struct ExrPart {
     Window window;
     /// The layers in this part: indices into the fragment list of every pixel, or kComposite.
     std::vector<int> layers = {kComposite};
-    bool prefixed = false;  ///< channels of layers are named layer_000.R, …
+    bool prefixed = false;  ///< channels of layers have names like layer_000.R
     std::size_t file = 0;   ///< index, in the writer, of the file that holds the part
-    /// The layer's fragment count, stored in the header of a file that a reader may open alone; 0
-    /// if not stored.
+    /// The layer's fragment count, which is stored in the header if the part has a file of its own;
+    /// otherwise 0.
     std::uint64_t fragments = 0;
-    /// The composite also stores the nearest fragment's remaining channels (all but colour and Z).
+    /// Whether the composite also stores the nearest fragment's channels other than colour and Z.
     bool nearest_channels = false;
 };
 
@@ -47,9 +47,9 @@ struct ExrChannel {
 /// background behind the composite; cryptomatte (whether the composite has Cryptomatte coverage,
 /// which needs the channels id.*); composited (whether bands are already composites with one entry
 /// per pixel, whose channels are kept); compression; and the layout to store in `peeler:layout` (""
-/// stores none). The files' bytes depend neither on how the picture is cut into bands nor on the
-/// number of threads. Between bands, the writer keeps the rows that unfinished chunks need, at most
-/// 15. Where a pixel lacks a layer, every channel is 0 but Z, which is +inf.
+/// stores none). The files' bytes do not depend on the division of the picture into bands, nor on
+/// the number of threads. Between bands, the writer keeps the rows that unfinished chunks need, at
+/// most 15. Where a pixel lacks a layer, Z is +inf and every other channel is 0.
 class ExrBandWriter {
   public:
     /// Creates the hidden files. Throws Error (kOutput).
@@ -60,17 +60,18 @@ class ExrBandWriter {
     /// Writes the chunks that the band completes. Throws Error (kOutput); (kInternal) if the band
     /// does not follow the previous one, or is malformed.
     void write(const LayeredImage& band);
-    /// Finishes the files; publishes none of them before all are complete. Throws Error (kOutput);
+    /// Finishes the files. Publishes no file before all are complete. Throws Error (kOutput);
     /// (kInternal) if rows are missing.
     void finish();
 
-    /// Returns the memory for the kept rows, and for chunks being packed or waiting to be written.
+    /// Returns the memory for the kept rows, and for chunks that are being packed or wait to be
+    /// written.
     static SinkMemory memory(std::span<const ExrPart> parts, const Plan& plan,
                              const OutputOptions& options);
     const StageTimes& times() const { return times_; }
-    /// Fragments in all bands so far.
+    /// Returns the number of fragments in the bands received so far.
     std::uint64_t fragmentsSeen() const { return fragments_seen_; }
-    /// Fragments written into layers so far.
+    /// Returns the number of fragments written into layers so far.
     std::uint64_t fragmentsWritten() const { return fragments_written_; }
 
   private:
@@ -101,13 +102,12 @@ class ExrBandWriter {
     std::vector<ExrPart> parts_;
     std::vector<CryptomatteLayer> cryptomatte_;
     std::vector<std::unique_ptr<AtomicFile>> files_;
-    /// One container per file, created with the first band, because the channels are not known
-    /// before.
+    /// One container per file. Created with the first band, which defines the channels.
     std::vector<std::unique_ptr<ExrOutput>> exr_;
     std::vector<std::size_t> place_;                 ///< index of each part within its file
     std::vector<std::vector<ExrChannel>> channels_;  ///< channels of each part
     bool composite_ = false;                         ///< whether any part stores the composite
-    /// Number of chunks, and next one to write, in each part.
+    /// The number of chunks, and the next chunk to write, in each part.
     std::vector<int> chunks_, next_chunk_;
     int next_row_ = 0;
     LayeredImage carried_;

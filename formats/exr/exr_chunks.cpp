@@ -90,7 +90,7 @@ bool isDeep(const Imf::Header& header) {
 }
 
 /// Packs in OpenEXR's run-length encoding (ImfRle.cpp): n ≥ 0 means that the next byte occurs n + 1
-/// times; n < 0 is followed by −n literal bytes. A run has 3 to 128 bytes.
+/// times; n < 0 means that −n literal bytes follow. A run has 3 to 128 bytes.
 void packRuns(std::span<const std::byte> in, ByteBuffer& out) {
     constexpr std::size_t kShortest = 3, kLongest = 128, kMostLiterals = 127;
     out.clear();
@@ -146,7 +146,7 @@ ExrChunkPacker::~ExrChunkPacker() {
 }
 
 std::span<std::byte> ExrChunkPacker::raw(std::size_t bytes) {
-    raw_.clear();  // so that resize() does not copy the old content
+    raw_.clear();  // so that resize() copies no old content
     raw_.resize(bytes);
     return raw_;
 }
@@ -187,7 +187,7 @@ void ExrChunkPacker::pack(ByteBuffer& out) {
             out.resize(packed);
         }
     }
-    if (!smaller) out = raw_;  // readers copy a chunk that has the unpacked size
+    if (!smaller) out = raw_;  // readers copy chunks of the unpacked size
 }
 
 std::size_t ExrPackerPool::bytesKept() const {

@@ -2,7 +2,7 @@
 // Scan-line OpenEXR container, flat or deep: writes headers, offset tables, and chunks in any
 // order; unpacks chunks of input files.
 //
-// OpenEXR's own multi-part writer requires one part to be finished before the next. This one
+// OpenEXR's own multi-part writer requires one part to be finished before the next. This container
 // accepts chunks of any part in any order, so that bands can stream through all parts at once.
 // Layout: https://openexr.com/en/latest/OpenEXRFileLayout.html
 #pragma once
@@ -34,25 +34,26 @@ inline constexpr int kDefaultZipLevel = 4;
 
 /// The maximum bytes of unpacked pixels that a writer packs at once, which limits its memory.
 inline constexpr std::size_t kExrBytesInFlight = 16U << 20;
-/// The number of copies of these pixels that are in memory at the same time: raw, filtered, packed.
+/// The number of copies of these pixels in memory: raw, filtered, packed.
 inline constexpr std::size_t kExrCopiesInFlight = 3;
 
-/// Returns the rows per chunk: 16 for ZIP, 1 for all others.
+/// Returns the rows per chunk: 16 for ZIP, 1 for the other compressions that peeler writes.
 inline int exrRowsPerChunk(Imf::Compression compression) {
     return compression == Imf::ZIP_COMPRESSION ? kExrRowsPerChunk : 1;
 }
 
-/// Returns OpenEXR's value for the name of a compression (exrCompressions()). "" means the default:
-/// that of deep images if `deep`, else of flat ones. Throws Error (kUsage).
+/// Returns OpenEXR's value for the name of a compression (exrCompressions()). "" means the default
+/// of deep images if `deep`, else of flat images. Throws Error (kUsage).
 Imf::Compression exrCompressionOf(const std::string& name, bool deep);
 
 /// Returns OpenEXR's value for a pixel type.
 Imf::PixelType exrPixelType(PixelType type);
 
-/// A chunk compressor: ZIP, ZIPS, RLE or none. It reuses its buffers, so each thread needs its own.
+/// A chunk compressor: ZIP, ZIPS, RLE or none. It reuses its buffers, so each thread needs its own
+/// compressor.
 class ExrChunkPacker {
   public:
-    /// `level` is libdeflate's: 1 fastest, 12 smallest. Throws Error (kMemory).
+    /// `level` is a level of libdeflate: 1 fastest, 12 smallest. Throws Error (kMemory).
     explicit ExrChunkPacker(int level, Imf::Compression compression = Imf::ZIP_COMPRESSION);
     ~ExrChunkPacker();
     ExrChunkPacker(const ExrChunkPacker&) = delete;
@@ -102,19 +103,19 @@ class ExrPackerPool {
 
 /// A packed row of deep samples: one chunk of the file.
 struct ExrDeepChunk {
-    ByteBuffer counts;         ///< running sum of the sample counts along the row, one per pixel
+    ByteBuffer counts;         ///< running sums of the sample counts, one per pixel
     ByteBuffer samples;        ///< the samples, channel by channel
-    std::size_t unpacked = 0;  ///< bytes of the samples when not packed
+    std::size_t unpacked = 0;  ///< size of the unpacked samples, in bytes
 };
 
-/// An OpenEXR file being assembled: single-part if there is one header, else multi-part. A part is
-/// deep if the type in its header is.
+/// An OpenEXR file being assembled: single-part if there is one header, else multi-part. The type
+/// in a part's header decides whether the part is deep.
 class ExrOutput {
   public:
     /// Writes the magic number, the headers (with their chunk counts filled in) and space for the
-    /// offset tables. `headers` need names, types and channels, and equal values for the attributes
-    /// that OpenEXR requires all parts to share. Throws Error (kOutput), also if a chunk could
-    /// exceed the format's 2 GiB, or if a header is invalid.
+    /// offset tables. `headers` need names, types and channels, and equal values of the attributes
+    /// that all parts must share. Throws Error (kOutput), also if a chunk could exceed the format's
+    /// 2 GiB, or if a header is invalid.
     ExrOutput(AtomicFile& file, std::vector<Imf::Header> headers);
 
     int chunkCount(std::size_t part) const { return headers_[part].chunkCount(); }
@@ -123,12 +124,11 @@ class ExrOutput {
     /// Appends a packed chunk of a deep part. Throws Error (kOutput) if the row exceeds the
     /// format's 2 GiB.
     void append(std::size_t part, int chunk, const ExrDeepChunk& packed);
-    /// Replaces an attribute's value in a part's header; the new value must take the same number of
-    /// bytes.
+    /// Replaces an attribute's value in a part's header. The new value must have the same size.
     void setAttribute(std::size_t part, const char* name, const Imf::Attribute& value);
-    /// Fills in the offset tables and each part's hash (exr_integrity.h), then has OpenEXR read
-    /// back headers and tables. Throws Error (kInternal) if a chunk is missing; (kOutput) if
-    /// something reads back differently.
+    /// Fills in the offset tables and each part's hash (exr_integrity.h), then checks headers and
+    /// tables by reading them with OpenEXR. Throws Error (kInternal) if a chunk is missing;
+    /// (kOutput) if headers or tables read back differently.
     void finish();
 
   private:
@@ -142,26 +142,26 @@ class ExrOutput {
     AtomicFile& file_;
     std::vector<Imf::Header> headers_;
     std::vector<std::size_t> first_offset_;  ///< index into offsets_ of each part's first chunk
-    /// Offsets of the chunks of all parts, in file order; 0 if not written yet.
+    /// Offsets of the chunks of all parts, in file order; 0 for chunks that are not yet written.
     std::vector<std::uint64_t> offsets_;
-    std::vector<std::uint64_t> hashes_;  ///< of the chunks, in the order of offsets_
+    std::vector<std::uint64_t> hashes_;  ///< hashes of the chunks, in the order of offsets_
     std::size_t chunk_ = 0;              ///< index into offsets_ of the chunk being written
     std::string start_;                  ///< the file's first bytes: magic number and version
     std::uint64_t table_position_ = 0;
     bool headers_changed_ = false;
 };
 
-/// Returns the maximum size that `packed` bytes can have when unpacked, for checking a file's sizes
-/// before allocating; 0 if deep data cannot have this compression.
+/// Returns the maximum unpacked size of `packed` bytes, for checks of a file's sizes before
+/// allocating; 0 if deep data cannot have this compression.
 std::uint64_t exrMostUnpacked(const std::string& compression, std::uint64_t packed);
 
 /// Unpacks a chunk with compression "none", "rle", "zips" or "zip" (ExrInputPart::compression) into
-/// `out`, which has the expected size. A chunk of that size is stored unpacked and copied. Returns
-/// false if the chunk does not unpack to exactly that size.
+/// `out`, which must have the unpacked size. Copies a chunk that has this size, since it is stored
+/// unpacked. Returns false if the chunk does not fill `out` exactly.
 bool exrUnpack(const std::string& compression, std::span<const std::byte> packed,
                std::span<std::byte> out);
 
-/// Like exrUnpack(), for chunks that are packed even if that makes them no smaller.
+/// Like exrUnpack(), for chunks that are always packed, even if that does not make them smaller.
 bool exrUnpackAlways(const std::string& compression, std::span<const std::byte> packed,
                      std::span<std::byte> out);
 

@@ -21,7 +21,7 @@
 namespace peeler {
 namespace {
 
-/// Calls `action`, which uses OpenEXR's classes, and converts their exceptions.
+/// Calls `action`, which uses OpenEXR's classes, and converts exceptions of OpenEXR.
 template <class Action>
 auto byClasses(const std::string& place, Action&& action) {
     try {

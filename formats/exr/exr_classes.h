@@ -14,7 +14,7 @@
 
 namespace peeler {
 
-/// A destination for a channel, converted to `type`: consecutive rows, each as wide as the data
+/// A destination for a channel: values converted to `type`, in consecutive rows as wide as the data
 /// window.
 struct ExrPlane {
     std::string name;
@@ -22,11 +22,11 @@ struct ExrPlane {
     std::byte* first = nullptr;
 };
 
-/// An open file. Several threads may use it, but only one decodes at a time.
+/// An open file. Several threads may use it; it decodes for one thread at a time.
 class ExrClasses {
   public:
-    /// `file` is open, has passed the checks of ExrInput, and must outlive this. Throws Error
-    /// (kInput) if the classes reject it.
+    /// `file` must be open, must have passed the checks of ExrInput, and must outlive this object.
+    /// Throws Error (kInput) if the classes reject it.
     ExrClasses(const RegularFile& file, const std::string& path);
     ~ExrClasses();
 

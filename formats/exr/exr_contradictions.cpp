@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compares the attributes of the camera with the double-precision camera that they were computed
-// from.
+// Comparison of camera attributes with the double-precision camera from which they were computed.
 #include <OpenEXR/ImfFloatAttribute.h>
 #include <OpenEXR/ImfMatrixAttribute.h>
 #include <OpenEXR/ImfMultiPartInputFile.h>
@@ -25,7 +24,7 @@ namespace {
 
 constexpr const char* kCameraJson = "peeler:cameraJson";
 
-/// The attributes derived from the camera; those for the other projection must be missing.
+/// The attributes derived from the camera. Attributes of the other projection must be missing.
 constexpr const char* kOfCamera[] = {"worldToCamera",
                                      "worldToNDC",
                                      "near",
@@ -50,9 +49,9 @@ std::vector<float> numbersOf(const Imf::Attribute& attribute) {
     return {};
 }
 
-/// Whether values agree. Other compilers and machines round double-precision results differently in
-/// the last bits, which may move a float by one ulp and, where large numbers cancel out, turn a
-/// tiny one into 0.
+/// Whether values agree. Other compilers and machines may round the last bits of double-precision
+/// results differently. This may move a float by one ulp and, where large numbers cancel out, turn
+/// a tiny float into 0.
 bool areClose(const std::vector<float>& found, const std::vector<float>& wanted) {
     constexpr float kRelative = 4 * std::numeric_limits<float>::epsilon(), kOfLargest = 1e-9F;
     float largest = 0;
@@ -76,7 +75,7 @@ bool areSame(const Imf::Attribute& found, const Imf::Attribute& wanted) {
     return numbers.size() == of_camera.size() && areClose(numbers, of_camera);
 }
 
-/// Returns the names of a header's attributes that contradict its cameraJson().
+/// Returns the names of a header's attributes that contradict its `peeler:cameraJson`.
 std::vector<std::string> deniedBy(const Imf::Header& header) {
     const auto* json = header.findTypedAttribute<Imf::StringAttribute>(kCameraJson);
     if (!json) return {};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decodes all chunks of a part as a check.
+// Decoding of all chunks of a part, as a check.
 #include <OpenEXR/openexr.h>
 
 #include <algorithm>
@@ -13,15 +13,15 @@
 namespace peeler {
 namespace {
 
-/// The number of chunks looked up before they are decoded, limited so that headers cannot demand
-/// much memory.
+/// The number of chunks that are looked up before they are decoded. It is limited so that headers
+/// cannot demand much memory.
 constexpr std::size_t kBatch = 1024;
 constexpr std::uint64_t kMaxUnpacked = std::uint64_t{1} << 30;  ///< bytes per chunk
 
 exr_result_t unpackChunk(exr_const_context_t context, int part, const exr_chunk_info_t& chunk) {
     exr_decode_pipeline_t pipeline{};
     exr_result_t result = exr_decoding_initialize(context, part, &chunk, &pipeline);
-    // Where no channel has a destination, the pixels are unpacked and discarded.
+    // Without destinations for the channels, OpenEXRCore unpacks the pixels and discards them.
     if (result == EXR_ERR_SUCCESS)
         result = exr_decoding_choose_default_routines(context, part, &pipeline);
     if (result == EXR_ERR_SUCCESS) result = exr_decoding_run(context, part, &pipeline);
@@ -56,8 +56,8 @@ exr_result_t forEachLevel(exr_const_context_t context, int part, Visit&& visit) 
 
 }  // namespace
 
-/// Does what decodeAll() does, for a part that needs OpenEXR's classes. These unpack all channels
-/// of a block even if only one has a destination.
+/// Implements decodeAll() for a part that needs OpenEXR's classes. They unpack all channels of a
+/// block even if only one has a destination.
 void ExrInput::decodeDwa(std::size_t part) const {
     const ExrInputPart& info = parts_[part];
     if (info.type == "tiledimage")

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Deep half of ExrInput. OpenEXRCore finds and reads the packed chunks. They are unpacked here,
-// after all sizes are checked, since the deep pipeline of OpenEXRCore 3.1.5 has known overflows.
+// Deep half of ExrInput. OpenEXRCore finds and reads the packed chunks. The code here checks all
+// sizes, then unpacks, since the deep pipeline of OpenEXRCore 3.1.5 has known overflows.
 #include <OpenEXR/openexr.h>
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 namespace peeler {
 namespace {
 
-/// The blocks of a part: width and height in pixels, and how many there are across and down.
+/// The blocks of a part: width and height in pixels, and their number across and down.
 struct Grid {
     int width = 0, height = 1, across = 1, down = 1;
 };
@@ -28,7 +28,7 @@ Grid gridOf(const ExrInputPart& part) {
 }
 
 /// Converts the running sums along each row of a block to counts. Returns false if a sum is less
-/// than the one before.
+/// than the previous one.
 bool toCounts(std::span<std::uint32_t> table, std::size_t width) {
     for (std::size_t begin = 0; begin < table.size(); begin += width) {
         std::uint32_t last = 0;
@@ -42,9 +42,9 @@ bool toCounts(std::span<std::uint32_t> table, std::size_t width) {
     return true;
 }
 
-/// Unpacks a block's table of sample counts. OpenEXR's writer compares the packed size with the
-/// table of a whole tile, even for a tile at the edge, which has fewer entries. If packing is no
-/// smaller, the file holds a table for a whole tile, whose first entries are valid.
+/// Unpacks a block's table of sample counts. OpenEXR's writer stores a table unpacked if packing
+/// does not make it smaller than the table of a whole tile, even for a tile at the edge, which has
+/// fewer pixels. It then stores a table for a whole tile, whose first entries are valid.
 bool unpackTable(const ExrInputPart& part, std::span<const std::byte> table,
                  std::span<std::byte> out) {
     const Grid grid = gridOf(part);
@@ -97,7 +97,7 @@ void ExrInput::readDeepBlock(std::size_t part, std::size_t block, bool counts_on
         chunk.unpacked_size > exrMostUnpacked(info.compression, chunk.packed_size)) {
         refuse("a chunk has an implausible size", info);
     }
-    // Given a null pointer for the samples, OpenEXRCore does not read them.
+    // OpenEXRCore does not read the samples if their pointer is null.
     const std::size_t packed_size = counts_only ? 0 : chunk.packed_size;
     const auto packed = std::make_unique_for_overwrite<std::byte[]>(packed_size);
     const auto table = std::make_unique_for_overwrite<std::byte[]>(chunk.sample_count_table_size);

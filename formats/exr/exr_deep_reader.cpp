@@ -23,9 +23,10 @@
 namespace peeler {
 namespace {
 
-/// The maximum number of samples per pixel, which is also the maximum number of layers.
+/// The maximum number of samples per pixel, and thus of layers.
 constexpr std::uint32_t kMostSamples = 1 << 16;
-/// The bytes of samples to read at once. More does not help, and touching new memory takes time.
+/// The bytes of samples to read at once. A larger value does not help, because touching new memory
+/// takes time.
 constexpr std::uint64_t kMostSampleBytes = std::uint64_t{64} << 20U;
 
 float floatAt(const std::byte* from, PixelType type) {
@@ -59,12 +60,12 @@ void storeComponent(const std::byte* from, PixelType type, FragmentArray& color,
         }
         return;
     }
-    // The channel is half in the file, but another channel made the colours float.
+    // The channel is half in the file, but the colours are float because of another channel.
     for (std::size_t f = begin; f < end; ++f, from += pixelTypeSize(type))
         color.as<float>()[f * color.components() + component] = floatAt(from, type);
 }
 
-/// Rearranges the fragments of an array; `order` has the old index of each.
+/// Rearranges the fragments of an array; `order` holds the old index of each fragment.
 template <class T>
 void permute(T* values, std::size_t stride, const std::vector<std::uint32_t>& order,
              std::vector<std::byte>& scratch) {
@@ -145,7 +146,7 @@ void ExrDeepReader::warnOfColors() {
         warnings.warn("The samples have no alpha (A, or AR, AG and AB): they are opaque.", where);
 }
 
-/// Returns the other parts that may describe the same samples, judging by their headers.
+/// Returns the other parts that may describe the same samples, according to their headers.
 std::vector<std::size_t> ExrDeepReader::findOthers(std::size_t main) const {
     std::vector<std::size_t> others;
     std::set<std::string> known;
@@ -179,8 +180,8 @@ bool ExrDeepReader::sameBlocks(std::size_t a, std::size_t b) const {
            input_.deepBlockWindow(a, 0) == input_.deepBlockWindow(b, 0);
 }
 
-/// Reads the sample counts of a block in all parts, and lists the parts whose counts differ from
-/// those of the first part.
+/// Reads the sample counts of a block in all parts. Lists the parts whose counts differ from those
+/// of the first part.
 void ExrDeepReader::count(std::size_t block, CountedBlock& out) const {
     const std::size_t main = parts_.front().index;
     input_.readDeepBlock(main, block, true, out.main);
@@ -196,8 +197,8 @@ void ExrDeepReader::count(std::size_t block, CountedBlock& out) const {
     }
 }
 
-/// Fills in the plan from the sample counts. Parts with different counts are left out; in our own
-/// files, they are an error.
+/// Fills in the plan from the sample counts. Leaves out parts with different counts; in peeler's
+/// files, different counts are an error.
 void ExrDeepReader::countSamples() {
     const std::size_t main = parts_.front().index;
     Window counted_pixels = intersect(info_.parts[main].data_window, info_.plan.view.crop);
@@ -250,7 +251,7 @@ void ExrDeepReader::findChannels() {
             if (colors_.named(colors[c]) == name) return {.target = Route::kColor, .component = c};
         if (first && name == colors_.luminance) return {.target = Route::kGrey};
         if (first && name == colors_.depth) return {.target = Route::kZ};
-        // Skip channels that belong to another picture in the part, or that every part has.
+        // Skip channels of other pictures in the part, and channels that every part repeats.
         const bool taken = name == "Z" || std::ranges::find(colors, name) != colors.end();
         return {.target = taken || (!first && name == "ZBack") ? Route::kNowhere : 0};
     };
@@ -342,7 +343,7 @@ void ExrDeepReader::store(const Route& route, const std::byte* from, std::size_t
             storeComponent(from, route.type, out.color, c, begin, end);
     } else if (route.target >= 0) {
         FragmentArray& array = out.extra[static_cast<std::size_t>(route.target)];
-        // Since bits are copied unchanged, float and uint are handled alike.
+        // Float and uint are handled alike, because their bits are copied unchanged.
         if (array.type == PixelType::kHalf) {
             storeComponent<std::uint16_t>(from, array, route.component, begin, end);
         } else {
@@ -351,7 +352,7 @@ void ExrDeepReader::store(const Route& route, const std::byte* from, std::size_t
     }
 }
 
-/// Stores a block's samples, as far as they are inside the window of `out`.
+/// Stores the samples of a block that are inside the window of `out`.
 void ExrDeepReader::scatter(const ExrDeepBlock& block, const Part& part, LayeredImage& out) const {
     const auto width = static_cast<std::size_t>(block.window.width());
     const Window wanted = intersect(block.window, out.window);
@@ -360,7 +361,7 @@ void ExrDeepReader::scatter(const ExrDeepBlock& block, const Part& part, Layered
         const std::span counts(
             block.counts.data() + static_cast<std::size_t>(y - block.window.y0) * width, width);
         const bool wanted_row = y >= wanted.y0 && y < wanted.y1;
-        // Both here and in the file, the fragments of a row are contiguous.
+        // The fragments of a row are contiguous both in `out` and in the file.
         const auto left = static_cast<std::size_t>(wanted_row ? wanted.x0 - block.window.x0 : 0);
         const auto columns = static_cast<std::size_t>(wanted_row ? wanted.width() : 0);
         const std::size_t skipped = std::accumulate(
@@ -371,7 +372,7 @@ void ExrDeepReader::scatter(const ExrDeepBlock& block, const Part& part, Layered
             begin = offsets[0];
             end = offsets[columns];
             for (std::size_t x = 0; x < columns; ++x) {
-                // The file may be changed while it is read; samples must never be stored beyond the
+                // The file may change while it is read, but samples must never be stored beyond the
                 // row.
                 if (offsets[x + 1] - offsets[x] != counts[left + x]) {
                     throw Error(ErrorKind::kInput, "the sample counts have changed",
@@ -402,7 +403,7 @@ void ExrDeepReader::read(const Window& window, LayeredImage& out) {
     out.color = {colorNames(info_.plan.tinted), info_.plan.color_type, std::move(out.color.data)};
     const auto missing = [&](const std::string& name) { return colors_.named(name).empty(); };
     if (std::ranges::any_of(out.color.channels, missing))
-        out.color.data.clear();  // clear what reused storage holds, so that missing channels are 0
+        out.color.data.clear();  // clear reused storage, so that missing channels are 0
     resizeAnew(out.color.data, fragments * out.color.stride());
     out.extra.resize(extra_.size());
     for (std::size_t i = 0; i < extra_.size(); ++i) {
@@ -416,7 +417,7 @@ void ExrDeepReader::read(const Window& window, LayeredImage& out) {
     warnOfVolumes(out);
 }
 
-/// Sets alpha to the mean of the opacities, or to 1 if there are none.
+/// Sets alpha to the mean of AR, AG and AB, or to 1 without them.
 void ExrDeepReader::completeAlpha(LayeredImage& out) const {
     parallelFor(static_cast<std::size_t>(out.window.height()), [&](std::size_t row) {
         const auto width = static_cast<std::size_t>(out.window.width());
@@ -429,8 +430,8 @@ void ExrDeepReader::completeAlpha(LayeredImage& out) const {
     });
 }
 
-/// Warns if a sample begins in front of the back of another, since overlapping samples are not
-/// split ("Interpreting OpenEXR Deep Pixels", openexr.com).
+/// Warns if a sample begins in front of the back of another. Such overlapping samples are not split
+/// ("Interpreting OpenEXR Deep Pixels", openexr.com).
 void ExrDeepReader::warnOfVolumes(const LayeredImage& image) {
     const FragmentChannel back = findChannel(image, colors_.depth_back);
     if (!back) return;
@@ -468,7 +469,7 @@ BandRead ExrDeepReader::mostOf(int rows) const {
         const int width = info.tile_width > 0 ? info.tile_width : info.data_window.width();
         const std::uint64_t table = static_cast<std::uint64_t>(width) *
                                     static_cast<std::uint64_t>(height) * sizeof(std::uint32_t);
-        // Samples and table are in memory both packed and unpacked.
+        // The samples and the table are in memory twice, packed and unpacked.
         block_bytes = std::max(
             block_bytes, 2 * (sampleBytes(info) * complexity_->mostFragments(height) + table));
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Deep image writer: each part has one chunk per row.
+// Deep image writer. Each part has one chunk per row.
 #include "formats/exr/exr_writers.h"
 
 #include <OpenEXR/ImfChannelList.h>
@@ -28,12 +28,12 @@ constexpr int kMostRowsInFlight = 64;
 constexpr const char* kStored = "peeler:fragmentsStored";
 constexpr const char* kMaxSamples = "maxSamplesPerPixel";  // required by the OpenEXR file layout
 
-/// The channels, besides R, G, B, A and Z, that are composited or used in compositing according to
-/// "Interpreting OpenEXR Deep Pixels".
+/// The channels other than R, G, B, A and Z that are composited, or used in compositing, according
+/// to "Interpreting OpenEXR Deep Pixels".
 constexpr std::array<std::string_view, 4> kOfColor = {"AR", "AG", "AB", "ZBack"};
 
-/// Whether all channels of an array take part in compositing. Only those go into the part `color`,
-/// since programs like OpenImageIO's flatten composite every channel of a part.
+/// Whether all channels of an array take part in compositing. The part `color` has no other
+/// channels, since programs like OpenImageIO's flatten composite every channel of a part.
 bool belongsToColor(const FragmentArray& array) {
     return std::ranges::all_of(array.channels, [](const std::string& channel) {
         return std::ranges::find(kOfColor, channel) != kOfColor.end();
@@ -144,7 +144,7 @@ void ExrDeepWriter::check(const LayeredImage& band) const {
     if (!good) throw Error(ErrorKind::kInternal, "a band does not fit the plan", path_);
 }
 
-/// Returns how many rows, from y on, to encode before writing them.
+/// Returns the number of rows from y on to encode before writing them.
 int ExrDeepWriter::rowsInFlight(const LayeredImage& band, int y) const {
     const std::size_t first = band.offsets[band.pixelIndex(band.window.x0, y)];
     const std::size_t most = kExrBytesInFlight / sampleBytes(like_);
@@ -171,7 +171,7 @@ void ExrDeepWriter::writeRows(const LayeredImage& image, int y0, int y1) {
     boundBuffers();
 }
 
-/// Updates the sample statistics that the header will have.
+/// Updates the sample statistics for the header.
 void ExrDeepWriter::noteSamples(const LayeredImage& image, int y0, int y1) {
     const auto width = static_cast<std::size_t>(window_.width());
     for (int y = y0; y < y1; ++y) {
@@ -186,7 +186,7 @@ void ExrDeepWriter::noteSamples(const LayeredImage& image, int y0, int y1) {
     }
 }
 
-/// Packs `chunks` chunks from row y0 on; every row has a chunk in each part.
+/// Packs `chunks` chunks from row y0 on. Every row has one chunk in each part.
 void ExrDeepWriter::encode(const LayeredImage& image, int y0, std::size_t chunks) {
     parallelFor(chunks, [&](std::size_t i) {
         const int y = y0 + static_cast<int>(i / parts_.size());
@@ -196,7 +196,7 @@ void ExrDeepWriter::encode(const LayeredImage& image, int y0, std::size_t chunks
     });
 }
 
-/// Frees the buffers once they exceed a limit.
+/// Frees the buffers if they exceed a limit.
 void ExrDeepWriter::boundBuffers() {
     std::size_t kept = packers_.bytesKept();
     for (const ExrDeepChunk& chunk : packed_)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The parts of several files as one list, after checking that the files belong together.
+// The parts of several files as one list, with checks that the files belong together.
 #include "formats/exr/exr_files.h"
 
 #include <algorithm>
@@ -60,7 +60,7 @@ std::vector<std::string> exrFilesOf(const std::string& path) {
         for (int layer = 0; layer < std::min(layers, kMostLayers); ++layer)
             files.push_back(exrLayerFile(path, static_cast<std::size_t>(layer)));
     } catch (const Error&) {
-        // Reading the file will report the same error.
+        // The caller reports this error when it reads the file.
     }
     return files;
 }

@@ -21,16 +21,17 @@ namespace peeler {
 /// "out.exr".
 std::string exrLayerFile(const std::string& path, std::size_t layer);
 
-/// Whether `path` names the file of one of the layers of `head`, however the two paths are spelt.
+/// Whether `path` names the file of one of the layers of `head`, even if the two paths are written
+/// differently.
 bool isExrLayerFile(const std::string& path, const std::string& head);
 
-/// Returns all files that reading a picture opens: the named one and, if it is the head of a set,
-/// the files of its layers, whether they exist or not. If the named file cannot be read, returns
-/// only that.
+/// Returns all files that must be opened to read a picture: the named file and, if it is the head
+/// of a set, the files of its layers, even missing ones. Returns only the named file if that cannot
+/// be read.
 std::vector<std::string> exrFilesOf(const std::string& path);
 
-/// An open picture as one list of parts. The parts of the named file come first. If that is the
-/// head of a set (layout "per-file"), those of its layers' files follow, front to back.
+/// An open picture as one list of parts. The parts of the named file come first. If it is the head
+/// of a set (layout "per-file"), the parts of its layers' files follow, front to back.
 class ExrFiles {
   public:
     /// Opens the files. Throws Error (kInput), also if a file of a set is missing or belongs to
@@ -43,7 +44,7 @@ class ExrFiles {
     /// Returns a part's place for messages: the path of its file, and the part's name.
     std::string where(std::size_t part) const;
 
-    /// Returns the file that was named.
+    /// Returns the named file.
     const ExrInput& head() const { return *files_.front(); }
 
     /// Like the members of ExrInput, but `part` is an index into parts().
@@ -73,29 +74,30 @@ class ExrFiles {
 /// The metadata of a picture, layered, deep or flat, from OpenEXR headers or arrays.
 struct ExrInfo {
     std::vector<ExrInputPart> parts;  ///< in file order; for a set, file by file
-    /// The index of the part that holds each layer, front to back; empty for deep and flat files.
-    /// For the number of layers in any picture, use plan.layers.size() of an open LayeredInput.
+    /// The index of the part of each layer, front to back; empty for deep and flat files.
+    /// plan.layers.size() of an open LayeredInput is the number of layers of any picture.
     std::vector<std::size_t> layers;
     std::vector<std::string> prefixes;  ///< prefix of each layer's channel names: "", "layer_000."
     /// Index of the part with the composite; −1 if there is none.
     int composite = -1;
-    /// Returns the number of layers that the header of a composite records, at most kMostLayers.
+    /// Returns the number of layers recorded in the header of a composite, at most kMostLayers.
     std::size_t layersOfComposite() const;
     std::vector<std::size_t> deep;  ///< indices of parts with deep samples
     std::uint64_t bytes = 0;        ///< size of the file, or of all files of a set
 
-    /// The plan that the file was written from, as far as known. Windows are always known. The
-    /// camera is the default one unless there is a `peeler:cameraJson`. `fragments_counted` and
-    /// `fragments_stored` are 0 if not in the file; `LayerPlan::pixels` is never known, and the
-    /// layers of a deep file only while a LayeredInput has it open. `view.crop` contains all parts;
-    /// without a camera it contains at least the display window, since a data window describes only
-    /// what is stored.
+    /// The plan from which the file was written, as far as known. Windows are always known. The
+    /// camera is the default camera unless the header has `peeler:cameraJson`. `fragments_counted`
+    /// and `fragments_stored` are 0 if the file does not record them; `LayerPlan::pixels` is never
+    /// known, and the layers of a deep file are known only while a LayeredInput has it open.
+    /// `view.crop` contains all parts. Without a camera, it also contains the display window, since
+    /// a data window only bounds the stored pixels.
     Plan plan;
     Provenance provenance;         ///< empty where unknown
     bool has_cryptomatte = false;  ///< whether the composite has Cryptomatte layers
-    /// Has `peeler:version`; false once one of its parts has been chosen to be read.
+    /// Whether the file has `peeler:version` and none of its parts has been chosen to be read
+    /// alone.
     bool is_peeler = false;
-    /// Returns, as text, the first part's `peeler:` attributes, software and similar ones.
+    /// Returns the first part's attributes as text: `peeler:` attributes, software and so on.
     const std::map<std::string, std::string>& attributes() const {
         return parts.front().attributes;
     }
@@ -110,8 +112,8 @@ ExrInfo describe(std::vector<ExrInputPart> parts, std::uint64_t bytes, const std
 
 /// An open picture with its metadata, which decides how to read it.
 struct OpenedExr {
-    /// Opens the picture. Throws like ExrFiles and describe(); if the path is that of a scene, the
-    /// Error (kInput) has a hint.
+    /// Opens the picture. Throws like ExrFiles and describe(); the Error (kInput) for a scene file
+    /// has a hint.
     explicit OpenedExr(const std::string& path, const LayeredReadOptions& options = {});
 
     LayeredReadOptions options;
@@ -127,8 +129,8 @@ ExrInfo readExrInfo(const std::string& path);
 
 /// Returns the camera as JSON, with all numbers in double precision: name, projection, near, far
 /// (null if infinite), halfWidth, halfHeight (as in Projection), width, height, crop [x, y, w, h],
-/// and cameraToWorld, a 4×4 matrix in rows, for column vectors (OpenGL's camera, which looks along
-/// −Z, with +Y up).
+/// cameraToWorld, a 4×4 matrix in rows, for column vectors (OpenGL's camera: looks along −Z, +Y
+/// up), and sample [x, y] unless it is the pixel's centre.
 std::string cameraJson(const View& view);
 
 /// The inverse of cameraJson(). Throws Error (kInput) if the text is malformed.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Converts a View and a Provenance to OpenEXR attributes, and JSON to a camera.
+// Conversion of a View and a Provenance to OpenEXR attributes, and of JSON to a camera.
 #include "formats/exr/exr_header.h"
 
 #include <OpenEXR/ImfDoubleAttribute.h>
@@ -26,8 +26,8 @@
 namespace peeler {
 namespace {
 
-/// Converts a matrix. GLM stores a matrix for column vectors column by column; Imath stores one for
-/// row vectors row by row. The numbers are in the same order.
+/// Converts a matrix. GLM stores matrices for column vectors column by column, and Imath stores
+/// matrices for row vectors row by row. So the order of the numbers is the same.
 Imath::M44f rowVectorMatrix(const glm::dmat4& m) {
     Imath::M44f out;
     for (int column = 0; column < 4; ++column) {
@@ -38,7 +38,7 @@ Imath::M44f rowVectorMatrix(const glm::dmat4& m) {
 }
 
 glm::dmat4 worldToCamera(const View& view) {
-    // From OpenGL's right-handed camera space to OpenEXR's left-handed one: negates z.
+    // OpenGL's camera space is right-handed, OpenEXR's left-handed: negate z.
     glm::dmat4 flip(1);
     flip[2][2] = -1;
     return flip * glm::inverse(view.camera_to_world);
@@ -50,7 +50,7 @@ glm::dmat4 cameraToNdc(const Projection& projection) {
     const bool bounded = std::isfinite(far) && far > near;
     glm::dmat4 m(0);
     if (projection.perspective) {
-        // x/w = (x / (z·half_width) + 1) / 2; y/w is the same with the sign of y reversed; w = z.
+        // x/w = (x / (z·half_width) + 1) / 2; y/w is the same with −y; w = z.
         const double scale = bounded ? far / (far - near) : 1;
         m[0][0] = 0.5 / projection.half_width;
         m[1][1] = -0.5 / projection.half_height;
@@ -117,7 +117,7 @@ void addProvenance(Imf::Header& header, std::span<const PictureAttribute> attrib
 }
 
 /// Adds the date from SOURCE_DATE_EPOCH (reproducible-builds.org/specs/source-date-epoch), if set.
-/// Any other date would make the files of repeated runs differ.
+/// Other dates would make the files of repeated runs differ.
 void addDate(Imf::Header& header) {
     const char* variable = std::getenv("SOURCE_DATE_EPOCH");
     if (!variable || !*variable) return;
@@ -229,7 +229,7 @@ std::string cameraJson(const View& view) {
         {"name", view.camera_name},
         {"projection", projection.perspective ? "perspective" : "orthographic"},
         {"near", projection.near},
-        {"far", projection.far},  // JSON has no infinity, so the library writes null
+        {"far", projection.far},  // null in the JSON text if infinite
         {"halfWidth", projection.half_width},
         {"halfHeight", projection.half_height},
         {"width", view.width},

@@ -18,7 +18,7 @@
 
 namespace peeler {
 
-/// An attribute that records the provenance or the content of a picture.
+/// An attribute that records a picture's provenance or content.
 struct PictureAttribute {
     std::string name;
     std::variant<std::string, int, double, Imf::Rational> value;
@@ -37,33 +37,33 @@ std::vector<PictureAttribute> pictureAttributes(const Plan& plan, const Provenan
 /// - displayWindow is the full picture, dataWindow is `data_window`.
 /// - worldToCamera and worldToNDC are as ImfStandardAttributes.h defines them: for row vectors
 ///   (p' = p·M), with a left-handed camera space (+z forward), and NDC from (0,0) to (1,1) at the
-///   corners of the display window, y down, after the division by w. That definition leaves NDC z
-///   open; ours keeps the matrix invertible and finite: f(z − n)/(f − n) before the division by
-///   w = z for a perspective camera, its limit z − n for an infinite far plane, and
-///   (z − n)/(f − n) for an orthographic camera.
+///   corners of the display window, y down, after the division by w. OpenEXR does not define NDC z.
+///   Here it keeps the matrix invertible and finite: f(z − n)/(f − n) before the division by w = z
+///   for a perspective camera, its limit z − n for an infinite far plane, and (z − n)/(f − n) for
+///   an orthographic camera.
 /// - `near`, `far` (inf if unbounded), `orthographicWidth` and `orthographicHeight` are in scene
 ///   units; `fieldOfViewHorizontal` and `fieldOfViewVertical` are full angles in degrees. These
-///   names are ours, not OpenEXR's.
+///   names are peeler's, not OpenEXR's.
 /// - screenWindowCenter is (0,0); screenWindowWidth is the width of the picture at distance 1
 ///   (perspective) or in scene units (orthographic).
 /// - `peeler:fragmentsCounted` and `peeler:fragmentsStored` are strings of decimal digits, since
 ///   they may exceed 32 bits; `peeler:layers`, `peeler:complete` and `peeler:frame` are int,
-///   `peeler:time` is double, and all others are strings, left out if empty.
+///   `peeler:time` is double. All others are strings, left out if empty.
 /// - `peeler:cameraJson`: see cameraJson().
 /// - There are no camera attributes if the camera is unknown (View::known), and no layer and
-///   fragment counts unless `layers_known`. They are left out from the start, since OpenEXR 3.1's
-///   Header::erase() never frees an attribute.
+///   fragment counts unless `layers_known`. (Erasing them afterwards would leak memory, since
+///   OpenEXR 3.1's Header::erase() never frees an attribute.)
 /// - capDate (UTC) is set only if SOURCE_DATE_EPOCH is.
 Imf::Header exrHeader(const Plan& plan, const Provenance& provenance, const Window& data_window,
                       bool layers_known = true);
 
 /// Adds an idManifest with the names for all id.object and id.material channels, of any layer, in
-/// the header (scheme "id", not hashed, stable as long as the scene file is). Adds nothing if there
-/// are no such channels. If parents are known, objects have a second component, "parent": the
-/// parent's id as a number.
+/// the header (scheme "id", not hashed; ids are stable as long as the scene file is). Adds nothing
+/// if there are no such channels. If parents are known, objects have a second component, "parent":
+/// the parent's id as a number.
 void addIdManifest(Imf::Header& header, const IdNames& names);
 
-/// The inverse of addIdManifest(), from the attribute's bytes. Returns no names for channels that
+/// The inverse of addIdManifest(): reads the attribute's bytes. Returns no names for channels that
 /// the manifest lacks. Throws Error (kInput) if the bytes are damaged or implausible.
 IdNames idNamesFromManifest(std::span<const std::byte> attribute);
 

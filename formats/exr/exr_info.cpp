@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Interprets headers: finds the parts with layers, composite or deep samples, and the facts about
+// Interpretation of headers: the parts with layers, composite or deep samples, and the metadata of
 // the render.
 #include "formats/exr/exr_files.h"
 
@@ -42,8 +42,9 @@ Provenance provenanceOf(const ExrInputPart& part) {
     return p;
 }
 
-/// Returns the view with its camera and windows. The windows decide how pixels are read, so the
-/// camera's JSON must agree with them.
+/// Returns the view with its camera and windows. The windows decide how pixels are read. Throws
+/// Error (kInput) if the camera's JSON has another picture size. Ignores its crop if the windows
+/// contradict it.
 View viewOf(const ExrInfo& info, const std::string& path) {
     View view;
     const ExrInputPart& first = info.parts.front();
@@ -64,7 +65,7 @@ View viewOf(const ExrInfo& info, const std::string& path) {
     for (const std::size_t part : info.deep)
         all = unite(all, info.parts[part].data_window);
     if (all.empty()) all = first.data_window;
-    // Only the JSON has the crop if there is no composite part.
+    // Without a composite part, only the JSON has the crop.
     const bool known = !camera.empty() && intersect(view.crop, all) == all &&
                        intersect(view.crop, display) == view.crop;
     if (!known) view.crop = unite(display, all);
@@ -79,7 +80,7 @@ bool isFloat(const ExrInputPart& part, const std::string& prefix) {
     return false;
 }
 
-/// Calls visit(part, prefix) for every part with colours, of fragments or of a composite.
+/// Calls visit(part, prefix) for every part with colours of fragments or of a composite.
 template <class Visit>
 void forEachColors(const ExrInfo& info, Visit&& visit) {
     for (std::size_t i = 0; i < info.layers.size(); ++i)
@@ -101,7 +102,7 @@ void findColors(const ExrInfo& info, Plan& plan) {
     plan.tinted = any && all_tinted;
 }
 
-/// The part that holds a layer, and the prefix of its channel names there.
+/// The part that holds a layer, and the prefix of the layer's channel names in it.
 struct Place {
     std::size_t part = 0;
     std::string prefix;
@@ -129,8 +130,7 @@ Layers findLayers(const std::vector<ExrInputPart>& parts, const std::string& pat
         for (const ExrInputChannel& channel : parts[i].channels) {
             const int number = layerNumber(channel.name);
             const std::size_t dot = channel.name.find('.');
-            // Without a channel Z, a name like layer_000 means a layer of colour in another
-            // program's file.
+            // Without a channel Z, layer_000 is a layer of colours in another program's file.
             const bool depth = dot != std::string::npos && channel.name.substr(dot) == ".Z";
             if (number < 0 || !depth || parts[i].deep()) continue;
             layers.try_emplace(number, Place{i, channel.name.substr(0, dot + 1)});
@@ -139,8 +139,8 @@ Layers findLayers(const std::vector<ExrInputPart>& parts, const std::string& pat
     return layers;
 }
 
-/// Returns the index of the part with the composite: the part with that name, or the one that also
-/// holds the layers; −1 if there is none.
+/// Returns the index of the part with the composite: the part with the composite's name, or the
+/// part that also holds the layers; −1 if there is no composite.
 int findComposite(const ExrInfo& info) {
     const std::vector<ExrInputPart>& parts = info.parts;
     const std::string layout = parts.front().attribute("peeler:layout");

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Low-level OpenEXR reader: uses OpenEXRCore, and checks its results.
+// Low-level OpenEXR reader, based on OpenEXRCore, with checks of its results.
 //
-// It uses the C library because that decodes chunks of the same part on several threads and keeps
-// no buffers in between. OpenEXR's C++ classes keep buffers for every part, even for hundreds.
+// OpenEXRCore, the C library, decodes chunks of the same part on several threads and keeps no
+// buffers in between. OpenEXR's C++ classes keep buffers for every part, even for hundreds.
 #include "formats/exr/exr_input.h"
 
 #include <OpenEXR/openexr.h>
@@ -27,16 +27,16 @@ namespace peeler {
 namespace {
 
 constexpr int kMaxChannels = 1 << 16;        ///< per part, since a single part may hold all layers
-constexpr std::size_t kZlibState = 1 << 16;  ///< bytes, slightly more than zlib needs
-/// The bytes that OpenEXR's classes may always allocate for a block of rows or a tile, even if few
-/// of its pixels exist. They may allocate more only if the file is large enough.
+constexpr std::size_t kZlibState = 1 << 16;  ///< bytes: a little more than zlib needs
+/// The bytes that OpenEXR's classes may always allocate for a block of rows or a tile, even if the
+/// image has few of its pixels. They may allocate more only if the file is large enough.
 constexpr std::uint64_t kMostBlock = 64U << 20;
 
 /// The details of the last failure, which OpenEXRCore reports to a callback on the calling thread.
 thread_local std::string last_message;
-/// An exception that a callback caught, because it must not pass through C code. It is kept because
-/// OpenEXRCore would report lack of memory or a read error as a damaged file, or go on without an
-/// attribute.
+/// An exception that a callback caught, because it must not pass through C code. It is kept to be
+/// thrown later. Otherwise OpenEXRCore would report lack of memory or a read error as a damaged
+/// file, or continue without an attribute.
 thread_local std::exception_ptr withheld;
 
 void keepMessage(exr_const_context_t, exr_result_t, const char* message) {
@@ -53,8 +53,8 @@ void* allocate(std::size_t bytes) {
     return memory;
 }
 
-/// Reads bytes for OpenEXRCore. By itself, it would open the path again, which may have become a
-/// pipe by then and make it wait.
+/// Reads bytes for OpenEXRCore. Without this callback, OpenEXRCore would open the path again and
+/// wait if it has become a pipe.
 std::int64_t readExrBytes(exr_const_context_t, void* file, void* to, std::uint64_t size,
                           std::uint64_t at, exr_stream_error_func_ptr_t) {
     try {
@@ -71,8 +71,7 @@ std::int64_t exrFileSize(exr_const_context_t, void* file) {
 }
 
 Window toWindow(const exr_attr_box2i_t& box) {
-    // Clamped, so that hostile corners do not overflow. Windows of such sizes are refused before
-    // use.
+    // Clamped to avoid overflow. Windows of such sizes are refused before use.
     constexpr std::int64_t kMost = std::numeric_limits<std::int32_t>::max();
     return {std::max(box.min.x, -static_cast<int>(kMost)),
             std::max(box.min.y, -static_cast<int>(kMost)),
@@ -132,8 +131,8 @@ std::string attributeText(const exr_attribute_t& attribute) {
 }
 
 /// Returns the maximum ratio of unpacked to packed size, with a margin. PIZ writes at least 9 bits
-/// for 256 numbers of 2 bytes, B44A 3 bytes for 16 such numbers. PXR24 turns 3 bytes that zlib has
-/// unpacked into 4. DWA turns 4 bytes into 256, or 2 into 128.
+/// for 256 2-byte numbers; B44A writes 3 bytes for 16 of them. PXR24 expands 3 bytes from zlib to
+/// 4; DWA expands 4 bytes to 256, or 2 to 128.
 std::uint64_t mostRatio(const std::string& compression) {
     if (compression == "pxr24") return 2 * kMostZlibRatio;
     return compression.starts_with("dwa") ? 64 * kMostZlibRatio : kMostZlibRatio;
@@ -150,7 +149,7 @@ bool canBeDeep(const std::string& compression) {
     return std::ranges::find(kOfDeep, compression) != kOfDeep.end();
 }
 
-/// A decoding pipeline that is always freed.
+/// A decoding pipeline that its destructor frees.
 class DecodePipeline {
   public:
     explicit DecodePipeline(exr_const_context_t context) : context_(context) {}
@@ -324,7 +323,7 @@ void ExrInput::moveToOrigin() {
 }
 
 void ExrInput::checkSizes() const {
-    std::uint64_t least = 0;  // minimum size, in bytes, of all pixels when packed
+    std::uint64_t least = 0;  // minimum packed size of all pixels, in bytes
     for (const ExrInputPart& part : parts_) {
         const Window& window = part.data_window;
         if (window.width() > kMostImageSide || window.height() > kMostImageSide || window.empty() ||
@@ -337,7 +336,7 @@ void ExrInput::checkSizes() const {
                         "OpenEXR has no deep images with compression " + part.compression,
                         path_ + ": " + part.name, "write it again with zips, rle or none");
         }
-        // A deep pixel takes at least its sample count.
+        // The minimum for a deep pixel is its sample count.
         std::uint64_t pixel = part.deep() ? sizeof(std::uint32_t) : 0;
         if (!part.deep()) {
             for (const auto& channel : part.channels)
@@ -358,7 +357,7 @@ void ExrInput::checkSizes() const {
 }
 
 /// Throws Error (kInput) if a block of this width and number of rows exceeds both kMostBlock and
-/// what a file of this size can hold.
+/// the maximum for a file of this size.
 void ExrInput::checkBlock(const ExrInputPart& part, int width, int rows) const {
     std::uint64_t pixel = 0;
     for (const auto& channel : part.channels)
@@ -415,14 +414,14 @@ void ExrInput::readChunk(std::size_t part, int y, const Window& window,
     }
 }
 
-/// Decodes the chunk that holds row `y` into the planes. Returns the window it covers.
+/// Decodes the chunk that holds row `y` into the planes. Returns the window of the chunk.
 Window ExrInput::decodeChunk(std::size_t part, int y, std::span<const ExrTarget> targets,
                              Planes& planes) const {
     const ExrInputPart& info = parts_[part];
     const int index = static_cast<int>(part);
     exr_chunk_info_t chunk{};
     check(exr_read_scanline_chunk_info(context_, index, y + origin_y_, &chunk), info.name);
-    // If uncompressed data is cut off, OpenEXR 3.1.5 leaves memory uninitialised.
+    // OpenEXR 3.1.5 leaves memory uninitialised if uncompressed data is truncated.
     const bool whole = info.compression != "none" || chunk.packed_size == chunk.unpacked_size;
     const int top = chunk.start_y - origin_y_;
     const Window pixels{info.data_window.x0, top, info.data_window.x1, top + chunk.height};
@@ -434,7 +433,7 @@ Window ExrInput::decodeChunk(std::size_t part, int y, std::span<const ExrTarget>
     for (std::size_t t = 0; t < targets.size(); ++t) {
         const std::size_t size = pixelTypeSize(targets[t].type);
         planes[t].resize(pixels.pixels() * size);
-        // The pipeline's channels are those of the part, in the same order.
+        // The channels of the pipeline have the same order as those of the part.
         const ExrInputChannel* wanted = info.channel(targets[t].name);
         const auto c = wanted ? wanted - info.channels.data() : pipeline.channel_count;
         if (c < pipeline.channel_count && targets[t].name == pipeline.channels[c].channel_name) {
@@ -452,8 +451,8 @@ Window ExrInput::decodeChunk(std::size_t part, int y, std::span<const ExrTarget>
     return pixels;
 }
 
-/// Does what decodeChunk() does, for a part that needs OpenEXR's classes; `y` must be the first row
-/// of a chunk.
+/// Implements decodeChunk() for a part that needs OpenEXR's classes. `y` must be the first row of a
+/// chunk.
 Window ExrInput::decodeByClasses(std::size_t part, int y, std::span<const ExrTarget> targets,
                                  Planes& planes) const {
     const ExrInputPart& info = parts_[part];
@@ -489,15 +488,15 @@ void ExrInput::refuse(const std::string& what, const ExrInputPart& part) const {
 }
 
 void ExrInput::check(int result, const std::string& part) const {
-    // zlib reports lack of memory as damaged data. Allocating as much as its state takes shows
-    // whether memory was short.
+    // zlib reports lack of memory as damaged data. An allocation of the size of zlib's state shows
+    // whether memory is short.
     if (result != EXR_ERR_SUCCESS) std::free(allocate(kZlibState));
     if (withheld) std::rethrow_exception(std::exchange(withheld, nullptr));
     if (result == EXR_ERR_SUCCESS) return;
     const std::string message =
         last_message.empty() ? exr_get_default_error_message(result) : last_message;
     last_message.clear();
-    // OpenEXR 3.2 reports lack of memory also if a chunk unpacks to more than its size.
+    // OpenEXR 3.2 also reports lack of memory if a chunk unpacks to more than its size.
     const bool overlong = message.find("decompress") != std::string::npos;
     if (result == EXR_ERR_OUT_OF_MEMORY && !overlong)
         throw Error(ErrorKind::kMemory, message, path_);

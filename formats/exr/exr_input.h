@@ -23,8 +23,8 @@ struct _priv_exr_context_t;  // OpenEXRCore's; NOLINT(bugprone-reserved-identifi
 
 namespace peeler {
 
-/// The maximum side and coordinate of windows in input files, in pixels. The side is larger than
-/// any GPU renders, and the sum of two coordinates fits an int.
+/// The maximum side and coordinate of windows in input files, in pixels. The side exceeds the
+/// limits of GPUs, and the sum of two coordinates fits an int.
 inline constexpr int kMostImageSide = 1 << 17, kMostCoordinate = 1 << 28;
 
 struct ExrInputChannel {
@@ -32,12 +32,12 @@ struct ExrInputChannel {
     PixelType type = PixelType::kHalf;
 };
 
-/// Returns arrays, without data, for a fragment's channels besides colour and Z. `channels` are
-/// sorted by name; those that have the same type and the same name up to the last dot (N.X, N.Y,
+/// Returns arrays, without data, for a fragment's channels other than colour and Z. `channels` are
+/// sorted by name. Channels of the same type and with the same name up to the last dot (N.X, N.Y,
 /// N.Z) form one array.
 std::vector<FragmentArray> fragmentArrays(std::span<const ExrInputChannel> channels);
 
-/// Values of ExrInputPart::type that OpenEXR does not have, for pictures in array files
+/// Values of ExrInputPart::type beyond those of OpenEXR, for pictures in array files
 /// (formats/arrays/picture_arrays.h): lists of all fragments, and the pixels of a composite.
 inline constexpr const char* kListArrays = "lists in arrays";
 inline constexpr const char* kPlaneArrays = "planes in arrays";
@@ -49,10 +49,10 @@ struct ExrInputPart {
     std::string type;
     std::string compression;              ///< "none", "zip", …
     int tile_width = 0, tile_height = 0;  ///< 0 unless the part is tiled
-    /// Relative to the corner of the file's first display window.
+    /// Relative to the upper left corner of the file's first display window.
     Window data_window, display_window;
     std::vector<ExrInputChannel> channels;  ///< sorted by name
-    /// The attributes of types string, int, float, double and rational, as text, by name.
+    /// The attributes of types string, int, float, double and rational: text by name.
     std::map<std::string, std::string> attributes;
     std::vector<std::byte> id_manifest{};  ///< the bytes of the attribute idManifest
     std::vector<std::string> views{};      ///< the attribute multiView, with the default view first
@@ -68,7 +68,7 @@ struct ExrInputPart {
     }
 };
 
-/// Returns the number that an attribute's text begins with; 0 if there is none.
+/// Returns the number at the beginning of an attribute's text; 0 if there is none.
 template <class T>
 T numberIn(const std::string& text) {
     T number{};
@@ -84,8 +84,8 @@ std::string numberText(T number) {
     return {text.data(), end};
 }
 
-/// Where to store a channel's decoded values, converted to `type`: pixel (x, y) goes to first + (x
-/// − window.x0)·size + (y − window.y0)·stride.
+/// The destination of a channel's decoded values, converted to `type`: pixel (x, y) goes to first +
+/// (x − window.x0)·size + (y − window.y0)·stride.
 struct ExrTarget {
     std::string name;
     PixelType type = PixelType::kFloat;
@@ -103,8 +103,8 @@ struct ExrDeepBlock {
 
 class ExrClasses;
 
-/// An open file. Nothing in it is trusted: sizes are checked against limits and against the file's
-/// size before any allocation.
+/// An open file. Its content is not trusted: sizes are checked against limits and against the
+/// file's size before any allocation.
 class ExrInput {
   public:
     /// Throws Error (kInput) with the path as `where`.
@@ -116,8 +116,8 @@ class ExrInput {
     const std::string& path() const { return path_; }
     std::uint64_t bytes() const { return bytes_; }  ///< size of the file
     const std::vector<ExrInputPart>& parts() const { return parts_; }
-    /// Return the corner of the first part's display window in the file's coordinates. In ours,
-    /// that corner is (0, 0).
+    /// Return the upper left corner of the first part's display window in the file's coordinates.
+    /// All other windows are relative to it.
     int originX() const { return origin_x_; }
     int originY() const { return origin_y_; }
     /// Returns all attributes in a part's header. Throws Error (kInput).
@@ -126,26 +126,25 @@ class ExrInput {
     /// Returns the rows per chunk of a flat part, or per tile. The first chunk begins at the top of
     /// the data window.
     int rowsPerChunk(std::size_t part) const;
-    /// Decodes the chunk, or row of tiles, that holds row `y` of a flat part, and stores those of
-    /// its pixels that are inside `window` (which lies in the data window). May be called from
-    /// several threads. Throws Error (kInput) with path and part as `where`.
+    /// Decodes the chunk, or row of tiles, that holds row `y` of a flat part. Stores its pixels
+    /// inside `window`, which must lie in the data window. Thread-safe. Throws Error (kInput) with
+    /// path and part as `where`.
     void readChunk(std::size_t part, int y, const Window& window,
                    std::span<const ExrTarget> targets) const;
-    /// Decodes every chunk of a part and discards the pixels: of flat tiles, all levels; of deep
-    /// tiles, only the first. Throws Error (kInput) at the first damaged chunk.
+    /// Decodes every chunk of a part and discards the pixels: all levels of flat tiles, but only
+    /// the first level of deep tiles. Throws Error (kInput) at the first damaged chunk.
     void decodeAll(std::size_t part) const;
 
     /// Throws Error (kInput) unless every chunk of a scan-line part lies inside the file. Reads
-    /// only the chunk offsets, and decodes nothing.
+    /// only the chunk offsets.
     void checkChunks(std::size_t part) const;
 
     /// Returns the number of blocks in a deep part. Blocks are numbered row by row.
     std::size_t deepBlocks(std::size_t part) const;
-    /// Returns the window that a block covers.
+    /// Returns the window of a block.
     Window deepBlockWindow(std::size_t part, std::size_t block) const;
     /// Reads the sample counts of a block and, unless `counts_only`, the samples. Reuses the
-    /// storage of `out`. May be called from several threads. Throws Error (kInput) with path and
-    /// part as `where`.
+    /// storage of `out`. Thread-safe. Throws Error (kInput) with path and part as `where`.
     void readDeepBlock(std::size_t part, std::size_t block, bool counts_only,
                        ExrDeepBlock& out) const;
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checks OpenEXR files byte by byte, without the OpenEXR library: headers, offset tables and chunks
-// must make up the whole file.
+// Byte-by-byte checks of OpenEXR files, without the OpenEXR library: headers, offset tables and
+// chunks must make up the whole file.
 #include "formats/exr/exr_integrity.h"
 
 #include <algorithm>
@@ -20,9 +20,9 @@
 namespace peeler {
 namespace {
 
-// A flipped bit may change the attribute's name, or extend the attribute before it over this one.
-// Either of these strings still shows that there was a hash: both are in the attribute's record,
-// and no bit belongs to both.
+// A flipped bit may change the attribute's name, or make the previous attribute overlap this one.
+// Each of these two strings still shows that the file had a hash: both are in the attribute's
+// record, and no bit belongs to both.
 constexpr std::string_view kRecordBegin("peeler:pixelHash\0string\0", 24);
 constexpr std::string_view kRecordEnd("\x16\0\0\0xxh64:", 10);
 constexpr std::string_view kValueBegin = kRecordEnd.substr(4);
@@ -40,8 +40,7 @@ class FileBytes {
     const std::string& path() const { return path_; }
     std::uint64_t size() const { return file_.size(); }
 
-    /// Returns `wanted` bytes from `place` on, but at most one block, and fewer at the end of the
-    /// file.
+    /// Returns `wanted` bytes from `place` on: at most one block, and fewer at the end of the file.
     std::span<const char> at(std::uint64_t place, std::uint64_t wanted) {
         if (place >= size()) return {};
         const auto count = static_cast<std::size_t>(
@@ -87,17 +86,17 @@ class FileBytes {
 };
 
 struct PartHeader {
-    std::uint64_t begin = 0, end = 0;  ///< first byte, and end, including the terminating 0
-    std::string name, type, hash;      ///< values of attributes
+    std::uint64_t begin = 0, end = 0;  ///< first byte, and end, which includes the terminating 0
+    std::string name, type, hash;      ///< attributes `name` and `type`, and the hash
     std::uint64_t digits = 0;          ///< offset of the hash's digits
     std::int32_t chunks = 0;           ///< value of the attribute chunkCount
-    bool ends = false;                 ///< has the required attribute that comes last
+    bool ends = false;                 ///< whether it has the last required attribute
 };
 
 struct Headers {
     bool multi_part = false;
     std::vector<PartHeader> parts;
-    std::uint64_t end = 0;  ///< where the headers end and the offset tables begin
+    std::uint64_t end = 0;  ///< end of the headers, where the offset tables begin
 };
 
 /// Reads the header of the next part.
@@ -122,7 +121,7 @@ PartHeader readPart(FileBytes& file, ExrHeaders& headers) {
         part.ends = part.ends || attribute.name == "screenWindowWidth";
     }
     part.end = headers.place();
-    // Attributes are sorted by name. If a damaged size leads to a 0 that is not the end, the last
+    // Attributes are sorted by name. If a damaged size makes the header end at a wrong 0, the last
     // required attribute is missing.
     if (!part.ends)
         throw Error(ErrorKind::kInput, "its headers are incomplete", file.path(),
@@ -172,7 +171,7 @@ std::uint64_t chunkBytes(FileBytes& file, const Headers& headers, const PartHead
     return end <= file.size() ? end - place : 0;
 }
 
-/// The chunks of all parts: their offsets in the tables, hashes, and parts.
+/// The chunks of all parts: their offsets in the tables, their hashes, and their parts.
 struct Chunks {
     std::vector<std::uint64_t> offsets, hashes;
     std::vector<std::size_t> part;

@@ -11,7 +11,7 @@ namespace peeler {
 
 inline constexpr const char* kPixelHash = "peeler:pixelHash";
 
-/// Returns the attribute's value for a hash; all values have the same length.
+/// Returns the attribute's text for a hash. All texts have the same length.
 std::string pixelHashText(std::uint64_t hash);
 /// Returns the bytes of the attribute as a file stores them: name, type, size and value.
 std::string pixelHashRecord(std::uint64_t hash);
@@ -20,13 +20,13 @@ struct ExrIntegrity {
     /// Ordered from best to worst. A set of files has the state of its worst file.
     enum State : std::uint8_t {
         kProven,   ///< every bit is as it was written
-        kNone,     ///< no hash: written by another program, or by an older version of ours
+        kNone,     ///< no hash: by another program, or by an older version of peeler
         kChanged,  ///< the file does not match its hash
     };
     State state = kProven;
     std::string where;  ///< the changed file, and the part if known
 
-    /// Returns what is wrong, without the place; "" unless the state is kChanged.
+    /// Returns the problem, without the place; "" unless the state is kChanged.
     std::string problem() const;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The tables of layouts (how a picture's layers are distributed over channels, parts and files) and
+// The tables of layouts (the distribution of a picture's layers over channels, parts and files) and
 // of the lossless OpenEXR compressions that peeler writes.
 #pragma once
 
@@ -16,7 +16,7 @@ struct ExrLayout {
     std::string_view name;     ///< OutputOptions::layout and `peeler:layout`
     std::string_view summary;  ///< one line
     bool one_part = false;     ///< all layers and the composite in one part
-    bool prefixed = false;     ///< channels of layers are named layer_000.R, …
+    bool prefixed = false;     ///< channels of layers have names like layer_000.R
     bool one_file_a_layer = false;
     std::string_view composite_part = "composite";  ///< name of the composite's part
 };
@@ -25,13 +25,13 @@ inline constexpr int kExrRowsPerChunk = 16;  ///< for ZIP compression
 
 inline constexpr std::string_view kPerFileLayout = "per-file";
 
-inline constexpr int kMostLayers = 1 << 16;  ///< maximum for a picture that is read
+inline constexpr int kMostLayers = 1 << 16;  ///< maximum for input pictures
 
 /// Returns every layout; the first is the default.
 std::span<const ExrLayout> exrLayouts();
 
-/// Returns the layout with this name; "" means the default. For an unknown name, throws Error
-/// (kUsage), which lists the names.
+/// Returns the layout with this name; "" means the default. Throws Error (kUsage), with a list of
+/// the names, if the name is unknown.
 const ExrLayout& findExrLayout(std::string_view name);
 
 /// Returns "layer_000", "layer_001", …, with at least three digits.
@@ -48,14 +48,15 @@ struct ExrCompression {
     int value = 0;     ///< value of Imf::Compression
 };
 
-/// The maximum number of bytes that one byte of zlib data unpacks to: 1032, plus a margin.
+/// The maximum number of bytes unpacked from one byte of zlib data: 1032, plus a margin.
 inline constexpr std::uint64_t kMostZlibRatio = 1100;
 
-/// Returns all compressions. The first is the default for layered files, the second for deep ones.
+/// Returns all compressions. The first is the default of layered files, the second that of deep
+/// files.
 std::span<const ExrCompression> exrCompressions();
 
-/// Returns the compression with this name; "" means the default for flat or deep images. If such
-/// images cannot have it, throws Error (kUsage), which lists the choices.
+/// Returns the compression with this name; "" means the default of flat or deep images. Throws
+/// Error (kUsage), with a list of the choices, if such images cannot have it.
 const ExrCompression& findExrCompression(std::string_view name, bool deep);
 
 }  // namespace peeler

@@ -23,7 +23,7 @@
 namespace peeler {
 namespace {
 
-// The order of the planes: R, G, B, A, Z, then the opacities of single channels, if any.
+// The order of the planes: R, G, B, A, Z, then AR, AG, AB if present.
 constexpr std::size_t kColorChannels = 4, kAlphaChannel = 3, kDepthChannel = 4;
 
 /// Returns the index of the plane that holds a colour component.
@@ -40,8 +40,8 @@ std::vector<std::string> planeNames(bool tinted) {
 
 }  // namespace
 
-/// A layer's decoded channels inside the window being read, each in a plane; a plane is empty if
-/// the layer lacks the channel.
+/// The decoded channels of a layer inside the window being read, one plane per channel. If the
+/// layer lacks a channel, its plane is empty.
 struct ExrLdiReader::Layer {
     Window window;
     std::vector<std::vector<std::byte>> planes;
@@ -90,7 +90,7 @@ ExrLdiReader::ExrLdiReader(OpenedExr opened, const std::optional<ExrPicture>& pi
     place();
 }
 
-/// Warns of parts that are not read, and sets the windows of the picture and its layers.
+/// Warns about parts that are not read, and sets the windows of the picture and its layers.
 void ExrLdiReader::place() {
     std::vector<std::size_t> read = info_.layers;
     if (info_.composite >= 0) read.push_back(static_cast<std::size_t>(info_.composite));
@@ -108,7 +108,7 @@ void ExrLdiReader::place() {
 
 ExrLdiReader::~ExrLdiReader() = default;
 
-/// Treats the composite as the only layer. Only the number of the original layers is known.
+/// Reads the composite as the only layer. The plan has only the number of original layers.
 void ExrLdiReader::takeComposite() {
     if (info_.composite < 0 || !info_.layers.empty()) {
         throw Error(ErrorKind::kInput, "the file is not a composite", input_.path(),
@@ -130,7 +130,7 @@ void ExrLdiReader::takePicture(const ExrPicture& picture) {
     info_.plan.layers = {{part.data_window, 0}};
     info_.plan.tinted = colors_.tinted();
     info_.plan.color_type = PixelType::kHalf;
-    // R holds the luminance, and G and B hold RY and BY, until completeColors() converts them.
+    // Until completeColors() converts them, R holds the luminance, and G and B hold RY and BY.
     if (!colors_.luminance.empty())
         colors_.rgb = {colors_.luminance, colors_.chroma[0], colors_.chroma[1]};
     for (const std::string& name : colorNames(true)) {
@@ -184,7 +184,7 @@ void ExrLdiReader::findChannels() {
     channels_.insert(channels_.end(), others.begin(), others.end());
 }
 
-/// Returns a channel's name in the part that holds the layer; "" if it is missing.
+/// Returns a channel's name in the layer's part; "" if it is missing.
 std::string ExrLdiReader::storedName(const Source& source,
                                      std::span<const ExrInputChannel> channels,
                                      std::size_t c) const {
@@ -199,7 +199,7 @@ std::vector<ExrLdiReader::Layer> ExrLdiReader::decode(
         int y;
     };
     std::vector<Layer> layers(sources.size());
-    // All layers in a part are decoded together, so that each of its chunks is unpacked only once.
+    // Decode all layers of a part together, so that each chunk is unpacked only once.
     std::map<std::size_t, std::vector<ExrTarget>> targets;
     std::vector<Job> jobs;
     for (std::size_t i = 0; i < sources.size(); ++i) {
@@ -232,7 +232,7 @@ std::vector<ExrLdiReader::Layer> ExrLdiReader::decode(
     return layers;
 }
 
-/// Sets alpha to the mean of the opacities, or to 1 if there are none.
+/// Sets alpha to the mean of AR, AG and AB, or to 1 without them.
 template <class T>
 void ExrLdiReader::completeAlpha(Layer& layer) const {
     const std::span<T> alpha = layer.as<T>(kAlphaChannel);
@@ -273,7 +273,7 @@ void ExrLdiReader::completeColors(Layer& layer) const {
     }
 }
 
-/// Fills in the channels that a flat picture lacks.
+/// Fills in the channels that are missing in a flat picture.
 void ExrLdiReader::completePicture(Layer& layer) {
     for (std::size_t c = 0; c < first_extra_; ++c)
         layer.planes[c].resize(layer.window.pixels() * pixelTypeSize(channels_[c].type));
@@ -284,7 +284,7 @@ void ExrLdiReader::completePicture(Layer& layer) {
     completeDepth(layer);
 }
 
-/// Sets Z to +inf for empty pixels, and to a finite value elsewhere.
+/// Makes Z finite, then sets it to +inf for empty pixels.
 void ExrLdiReader::completeDepth(Layer& layer) {
     constexpr float kNothing = std::numeric_limits<float>::infinity();
     const std::size_t size = pixelTypeSize(info_.plan.color_type);
@@ -409,7 +409,7 @@ void ExrLdiReader::readComposite(const Window& window, CompositeImage& out) {
     }
 }
 
-/// Returns the bytes that the planes of a layer take per pixel.
+/// Returns the bytes per pixel in the planes of a layer.
 std::uint64_t ExrLdiReader::pixelBytes() const {
     std::uint64_t pixel = 0;
     for (const auto& channel : channels_)
@@ -437,15 +437,15 @@ BandRead ExrLdiReader::mostOf(int rows) const {
         const auto height = static_cast<std::uint64_t>(input_.rowsPerChunk(source.part));
         chunk = std::max(chunk, width * height * ++layers[source.part] * pixelBytes());
     }
-    // Each thread holds a chunk packed, unpacked, reordered, and in planes.
+    // Each thread holds its chunk four times: packed, unpacked, reordered, and in planes.
     most.bytes += 4 * chunk * static_cast<std::uint64_t>(threadCount());
     return most;
 }
 
 int ExrLdiReader::rowsFor(std::uint64_t bytes) const {
     const std::uint64_t pixel = pixelBytes();
-    // Planes and lists are in memory together, hence the factor 2; a layer's rows are as wide as
-    // its window.
+    // The factor 2 is for planes and lists, which are in memory together. A layer's rows are as
+    // wide as its window.
     std::uint64_t row =
         static_cast<std::uint64_t>(info_.plan.view.crop.width()) * sizeof(std::uint32_t);
     for (const Source& source : sources_)

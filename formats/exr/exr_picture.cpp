@@ -16,7 +16,7 @@ namespace peeler {
 namespace {
 
 /// The maximum number of pixels in a display window: the larger of 7680 x 4320 and this multiple of
-/// the stored pixels. Pictures made from the file will have that many.
+/// the stored pixels. It limits the size of pictures made from the file.
 constexpr std::uint64_t kMostDisplay = std::uint64_t{1} << 25, kMostOfStored = 256;
 
 /// OpenEXR's name of a channel, and a name used by other programs, both case-insensitive (as in
@@ -35,7 +35,7 @@ struct ChannelGroup {
     std::vector<std::string> names;  ///< names without the prefix
 
     bool has(std::string_view name) const { return std::ranges::find(names, name) != names.end(); }
-    /// Returns the full name of the channel that has this name in any spelling; "" if missing.
+    /// Returns the full name of the channel with this name in any spelling; "" if missing.
     std::string find(std::string_view name) const;
     std::string findExactly(std::string_view name) const {
         return has(name) ? prefix + std::string(name) : std::string();
@@ -57,7 +57,7 @@ bool isSpelt(std::string_view text, std::string_view name) {
 std::string ChannelGroup::find(std::string_view name) const {
     if (has(name)) return findExactly(name);
     const auto* const spelling = std::ranges::find(kSpellings, name, &Spelling::name);
-    // In a group with x and y, z is a component of a vector.
+    // In a group with x and y, z is the component of a vector, not depth.
     if (name == "Z" && (has("x") || has("X"))) return {};
     for (const std::string& candidate : names) {
         if (isSpelt(candidate, name) || isSpelt(candidate, spelling->other))
@@ -75,7 +75,7 @@ ExrColors colorsOf(const ChannelGroup& group) {
     colors.depth = group.find("Z");
     if (group.isUint(colors.depth)) colors.depth.clear();
     colors.depth_back = group.find("ZBack");
-    // In a group with X, Y is a component of a vector.
+    // In a group with X, Y is the component of a vector, not luminance.
     if (colors.colored() || group.has("X")) return colors;
     colors.luminance = group.findExactly("Y");
     if (group.isUint(colors.luminance)) colors.luminance.clear();
@@ -85,7 +85,7 @@ ExrColors colorsOf(const ChannelGroup& group) {
     return colors;
 }
 
-/// If a layer has no opacity or depth of its own, takes those of the whole part.
+/// Replaces missing opacity and depth of a layer with those of the whole part.
 void inherit(const ExrColors& whole, ExrColors& layer) {
     if (layer.alpha.empty() && !layer.tinted()) {
         layer.alpha = whole.alpha;
@@ -110,8 +110,8 @@ std::vector<ChannelGroup> groupsOf(const ExrInputPart& part) {
     return groups;
 }
 
-/// Splits a prefix like "beauty.right." into the layer and, if it names one, the part's view
-/// (openexr.com/en/latest/MultiViewOpenEXR.html).
+/// Splits a prefix like "beauty.right." into the layer and the view, if the prefix names a view of
+/// the part (openexr.com/en/latest/MultiViewOpenEXR.html).
 void nameLayer(const ChannelGroup& group, ExrPicture& picture) {
     const ExrInputPart& part = group.part;
     picture.layer = group.prefix.substr(0, group.prefix.empty() ? 0 : group.prefix.size() - 1);
@@ -127,8 +127,8 @@ void nameLayer(const ChannelGroup& group, ExrPicture& picture) {
     }
 }
 
-/// Returns the pictures in a part. In a deep part, these are the ones with depth or, if none has
-/// colours, the part itself.
+/// Returns the pictures in a part. In a deep part, they must have depth; if no picture has colours,
+/// the part itself is the picture.
 std::vector<ExrPicture> picturesOf(const ExrInputPart& part, std::size_t index) {
     std::vector<ExrPicture> pictures;
     const std::vector<ChannelGroup> groups = groupsOf(part);
@@ -148,7 +148,7 @@ std::vector<ExrPicture> picturesOf(const ExrInputPart& part, std::size_t index) 
     return pictures;
 }
 
-/// Returns a list of names: "a", "b" and so on, cut off after a dozen.
+/// Returns a list of names: "a", "b" and so on, at most a dozen.
 template <class Names>
 std::string listed(const Names& names) {
     constexpr std::size_t kMost = 12;
@@ -161,7 +161,7 @@ std::string listed(const Names& names) {
     return text;
 }
 
-/// Returns all values of name(picture), without "".
+/// Returns name(picture) for all pictures, without "".
 template <class Name>
 std::set<std::string> namesOf(const std::vector<ExrPicture>& pictures, Name&& name) {
     std::set<std::string> names;
@@ -171,8 +171,8 @@ std::set<std::string> namesOf(const std::vector<ExrPicture>& pictures, Name&& na
     return names;
 }
 
-/// Keeps the pictures for which `wanted` holds. Throws Error (kUsage) if none is left: `asked` was
-/// requested, and `names` are the valid names of this `kind`.
+/// Keeps the pictures for which wanted(picture) is true. Throws Error (kUsage) if none is left. For
+/// the message, `asked` is the requested name of this `kind`, and `names` are the valid names.
 template <class Wanted>
 void keepPictures(std::vector<ExrPicture>& pictures, const std::string& kind,
                   const std::string& asked, const std::string& path,
@@ -185,7 +185,7 @@ void keepPictures(std::vector<ExrPicture>& pictures, const std::string& kind,
                               : choiceHint(asked, pluralOf(kind), choices));
 }
 
-/// Returns the picture to read from a part: the part itself, or its only layer. Throws Error
+/// Returns the picture to read from a part: the part itself, or else its only layer. Throws Error
 /// (kInput) if it has several layers.
 const ExrPicture& pictureOfPart(const std::vector<ExrPicture>& pictures, const std::string& where) {
     const auto itself = std::ranges::find(pictures, std::string(), &ExrPicture::layer);
@@ -196,7 +196,7 @@ const ExrPicture& pictureOfPart(const std::vector<ExrPicture>& pictures, const s
                     listed(namesOf(pictures, [](const ExrPicture& p) { return p.layer; })));
 }
 
-/// Makes the file count as one of another program.
+/// Removes the metadata of peeler, so that the file is read like another program's.
 void forgetLayers(ExrInfo& info) {
     info.layers.clear();
     info.prefixes.clear();
@@ -232,7 +232,7 @@ ExrPicture choosePicture(OpenedExr& opened) {
     ExrInfo& info = opened.info;
     const LayeredReadOptions& options = opened.options;
     const std::string& path = opened.files.path();
-    // A program that flattens one of our files may keep the attributes that describe layers.
+    // A program that flattens one of peeler's files may keep the attributes that describe layers.
     const bool flattened = info.is_peeler && info.layers.empty() && info.deep.empty();
     if (options.choosesPicture() || flattened) forgetLayers(info);
     std::vector<ExrPicture> pictures;
@@ -292,8 +292,8 @@ void warnOfUnread(OpenedExr& opened, std::span<const std::size_t> read) {
     const std::string view =
         read.empty() ? std::string() : info.parts[read.front()].attribute("view");
     for (std::size_t i = 0; i < info.parts.size(); ++i) {
-        // Parts of other views need no warning here: there was one about views, or a view was
-        // chosen.
+        // Parts of other views need no warning here: either there was a warning about views, or a
+        // view was chosen.
         if (std::ranges::find(read, i) == read.end() && info.parts[i].attribute("view") == view)
             names.push_back(info.parts[i].name);
     }

@@ -17,40 +17,40 @@ namespace peeler {
 struct ExrColors {
     std::array<std::string, 3> rgb;      ///< R, G, B
     std::string alpha;                   ///< A
-    std::array<std::string, 3> opacity;  ///< AR, AG, AB: all or none of them
+    std::array<std::string, 3> opacity;  ///< AR, AG, AB: all present, or all missing
     std::string depth;                   ///< Z, of type half or float
     std::string depth_back;              ///< ZBack
     std::string luminance;               ///< Y, if R, G and B are all missing
-    std::array<std::string, 2> chroma;   ///< RY and BY: both or neither
+    std::array<std::string, 2> chroma;   ///< RY and BY: both present, or both missing
 
     bool tinted() const { return !opacity[0].empty(); }
     bool colored() const { return !luminance.empty() || rgb != std::array<std::string, 3>{}; }
-    bool complete() const;  ///< whether there are R, G and B, or Y
-    /// Returns the channel for one of colorNames() or for "Z".
+    bool complete() const;  ///< whether it has R, G and B, or Y
+    /// Returns the name of the channel for one of colorNames() or for "Z".
     const std::string& named(std::string_view component) const;
 };
 
 /// A picture in a file: a whole part, or a layer of channels in it.
 struct ExrPicture {
     std::size_t part = 0;  ///< index in ExrInfo::parts
-    /// "beauty" if the channels are named beauty.R and so on; "" for the part itself.
+    /// "beauty" if the channels are named beauty.R and so on; "" if the picture is the whole part.
     std::string layer{};
     std::string view{};  ///< "" if the file has no views
     ExrColors colors{};
 };
 
-/// Returns the picture that the options choose; by default, that of the first part with colours
-/// and, in a deep file, depth. Warns of views that are not read. If a part of our own file is
-/// chosen, the file counts as another program's from then on. Throws Error (kUsage) for a name that
-/// the file does not have; (kInput) if there is no picture, or if the part has several layers and
-/// no colours of its own. The hint lists the choices.
+/// Returns the picture that the options choose; by default, the picture of the first part with
+/// colours and, in a deep file, depth. Warns about views that are not read. If the options choose a
+/// part of peeler's own file, the file is read like another program's from then on. Throws Error
+/// (kUsage) for a name that the file does not have; (kInput) if there is no picture, or if the part
+/// has several layers and no colours of its own. The hint lists the choices.
 ExrPicture choosePicture(OpenedExr& opened);
 
-/// In files of other programs, warns of parts that are not read, unless a part was chosen.
+/// Warns about parts that are not read in files of other programs, unless a part was chosen.
 void warnOfUnread(OpenedExr& opened, std::span<const std::size_t> read);
 
-/// Makes depths finite, since Z = +inf means that a pixel has no fragment. +inf and NaN become the
-/// largest float, -inf the lowest. Warns of NaN and -inf.
+/// Makes depths finite, since Z = +inf means a pixel without a fragment. +inf and NaN become the
+/// largest float, -inf the lowest. Warns about NaN and -inf.
 void makeDepthsFinite(std::span<float> depths, ReadWarnings& warnings);
 
 /// Sets the crop for pixels stored in the window `data`, unless the camera defines it. The crop

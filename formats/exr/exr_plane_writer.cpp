@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Data image writers, which write part by part and row by row.
+// Data image writers. They write part by part and row by row.
 #include "formats/exr/exr_plane_writer.h"
 
 #include <OpenEXR/ImfChannelList.h>
@@ -39,7 +39,7 @@ struct ExrPlaneWriter::File {
     explicit File(const std::string& path) : atomic(path), packer(kDefaultZipLevel) {}
 
     AtomicFile atomic;
-    std::unique_ptr<ExrOutput> exr;  // declared after the file, which it refers to
+    std::unique_ptr<ExrOutput> exr;  // declared after `file`, to which it refers
     ExrChunkPacker packer;
     ByteBuffer packed;
 };
@@ -47,7 +47,7 @@ struct ExrPlaneWriter::File {
 ExrPlaneWriter::ExrPlaneWriter(const std::string& path, std::span<const ExrPlanePart> parts,
                                const Provenance& provenance, std::vector<ExrPlaneChannel> channels)
     : file_(std::make_unique<File>(path)), order_(channels.size()) {
-    // OpenEXR sorts channels by name, so the file's order may differ from ours.
+    // OpenEXR sorts channels by name, so their order in the file may differ.
     std::iota(order_.begin(), order_.end(), std::size_t{0});
     std::ranges::sort(order_, {}, [&](std::size_t i) { return channels[i].name; });
     std::vector<Imf::Header> headers;
@@ -97,7 +97,7 @@ void ExrPlaneWriter::nextPart() {
     next_chunk_ = 0;
 }
 
-/// Writes the complete chunks; with `last`, also an incomplete one.
+/// Writes the complete chunks; with `last`, also the incomplete one.
 void ExrPlaneWriter::writeChunks(bool last) {
     const std::size_t chunk = kExrRowsPerChunk * rowBytes();
     std::size_t written = 0;
@@ -150,8 +150,8 @@ void ExrMidpointWriter::finish() {
 }
 
 SinkMemory ExrMidpointWriter::memory(const Plan& plan) const {
-    // The midpoints of a band take no more memory than its composite, which is budgeted in any
-    // case.
+    // The memory of a band's midpoints is at most that of its composite, which the budget always
+    // includes.
     return {0, ExrPlaneWriter::memory(plan.view.crop.width(), 1)};
 }
 
@@ -214,10 +214,10 @@ void CountMap::finish() {
 SinkMemory CountMap::memory(const Plan& plan) const {
     if (lowerExtension(path_) == ".exr")
         return {.bytes = ExrPlaneWriter::memory(plan.view.crop.width(), 1),
-                // The counts, and the kept rows, which may be copied while they grow.
+                // The counts, and the kept rows, which may be copied when they grow.
                 .pixel_bytes = 3 * kNumberBytes};
     SinkMemory memory = ImageWriter(path_, options_).memory(plan);
-    // The counts, the band of colours (offset, Z, RGBA), and its composite (RGBA, Z).
+    // The counts, the band of colours (offset, Z, RGBA), and the band's composite (RGBA, Z).
     memory.pixel_bytes += 3 * sizeof(std::uint32_t) + 9 * sizeof(float);
     return memory;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Flat OpenEXR data images, with one or several values per pixel, in one or several parts; among
-// them midpoint shadow maps and fragment counts.
+// Writers of flat OpenEXR data images, with one or several values per pixel, in one or several
+// parts. Midpoint shadow maps and fragment counts are such images.
 #pragma once
 
 #include <cstddef>
@@ -20,7 +20,7 @@ namespace peeler {
 struct ExrPlanePart {
     std::string name;
     Plan plan;
-    /// Whether the plan has the source picture's layers and fragment counts, not only its view.
+    /// Whether the plan has the source picture's layers and fragment counts, or only its view.
     bool layers_known = true;
 };
 
@@ -42,15 +42,15 @@ class ExrPlaneWriter {
                    const std::string& part, const std::string& channel, PixelType type);
     ~ExrPlaneWriter();
 
-    /// Appends the next rows of the current part, top to bottom, with 4 bytes per value: these rows
-    /// for the first channel, then for the second, and so on. Once a part is complete, the next one
-    /// begins.
+    /// Appends the next rows of the current part, top to bottom, with 4 bytes per value: the rows
+    /// of the first channel, then those of the second, and so on. When a part is complete, the next
+    /// part begins.
     void append(std::span<const std::byte> planes);
     /// Finishes the file. Throws Error (kInternal) if rows are missing.
     void finish();
 
     /// Returns the bytes that the writer holds for rows of this width with this number of channels,
-    /// besides the input of append().
+    /// without the input of append().
     static std::uint64_t memory(int width, std::size_t channels);
     const StageTimes& times() const { return times_; }
 
@@ -65,7 +65,7 @@ class ExrPlaneWriter {
 
     std::unique_ptr<File> file_;
     std::vector<Part> parts_;
-    std::vector<std::size_t> order_;  ///< indices of our channels in the order of the file's
+    std::vector<std::size_t> order_;  ///< indices of append()'s channels in file order
     std::size_t part_ = 0;            ///< index of the current part
     std::size_t rows_seen_ = 0;       ///< rows of the current part received so far
     std::vector<std::byte> rows_;     ///< rows of incomplete chunks, in file order
@@ -73,10 +73,11 @@ class ExrPlaneWriter {
     StageTimes times_;
 };
 
-/// A writer of midpoint shadow maps: a single-part file with one channel, Z (float), the camera Z
-/// of the midpoint between the two nearest surfaces (core/image/statistics.h), +inf where a pixel
-/// has no second surface. dataWindow is the crop; the attributes are those of a layered file except
-/// `peeler:layer`. The capture decides which surfaces count (CaptureSettings::opaque_only).
+/// A writer of midpoint shadow maps: a single-part file with one channel, Z (float). Z is the
+/// camera Z of the midpoint between the two nearest surfaces (core/image/statistics.h), or +inf
+/// where a pixel has no second surface. dataWindow is the crop. The attributes are those of a
+/// layered file except `peeler:layer`. The capture chooses the surfaces
+/// (CaptureSettings::opaque_only).
 class ExrMidpointWriter : public Sink {
   public:
     explicit ExrMidpointWriter(std::string path, OutputOptions options = {});
@@ -98,8 +99,8 @@ class ExrMidpointWriter : public Sink {
     StageTimes times_;
 };
 
-/// A writer of the number of fragments per pixel. In EXR it is a channel `count` (uint); in PNG,
-/// JPEG and TIFF a colour, from black (0) to yellow (the plan's number of layers).
+/// A writer of the number of fragments per pixel: in EXR, as a channel `count` (uint); in PNG, JPEG
+/// and TIFF, as a colour from black (0) to yellow (the plan's number of layers).
 class CountMap : public Sink {
   public:
     CountMap(std::string path, OutputOptions options);
@@ -117,7 +118,7 @@ class CountMap : public Sink {
   private:
     std::string path_;
     OutputOptions options_;
-    /// Null if the output is a picture, which picture_ writes.
+    /// Null if the output is PNG, JPEG or TIFF, which picture_ writes.
     std::unique_ptr<ExrPlaneWriter> plane_;
     std::unique_ptr<Sink> picture_;
     float ramp_end_ = 1;

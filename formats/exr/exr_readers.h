@@ -17,15 +17,15 @@
 
 namespace peeler {
 
-/// A reader of layered depth images: files of ExrLdiWriter in every layout, and any others with
+/// A reader of layered depth images: files of ExrLdiWriter in every layout, and other files with
 /// parts `layer_*` that hold R, G, B, A, Z. AR, AG, AB beside A are read as coloured opacity. A
-/// fragment exists where Z is less than +inf.
+/// pixel has a fragment if its Z is less than +inf.
 ///
 /// Reads a flat picture of another program as one layer (exr_picture.h). Missing alpha is 1.
 /// Without Z, every pixel that is not all 0 has a fragment, at Z = 0; an infinite or NaN Z becomes
 /// the largest finite float. Y alone becomes grey; with RY and BY it becomes a colour. On request,
-/// our own composite is read as pixels: each pixel has one entry, with Z = +inf where there is no
-/// fragment.
+/// peeler's composites are read as pixels: each pixel has one entry, with Z = +inf where there is
+/// no fragment.
 class ExrLdiReader : public LayeredInput {
   public:
     /// Throws Error (kInput) if the file is not layered; `where` names the part.
@@ -43,7 +43,7 @@ class ExrLdiReader : public LayeredInput {
 
   private:
     struct Layer;
-    /// The part that holds a layer, and the prefix of its channel names there.
+    /// The part that holds a layer, and the prefix of the layer's channel names in it.
     struct Source {
         std::size_t part;
         std::string prefix;
@@ -72,9 +72,9 @@ class ExrLdiReader : public LayeredInput {
     bool pixels_ = false;          ///< the file is a composite, read with every pixel
     ExrColors colors_;             ///< channel names in another program's flat picture
     std::vector<Source> sources_;  ///< source of each layer
-    /// R, G, B, A, Z, then AR, AG, AB of coloured opacity, then the channels of extra_.
+    /// R, G, B, A, Z, then AR, AG, AB if present, then the channels of extra_.
     std::vector<ExrInputChannel> channels_;
-    /// For another program's flat picture: the name there of each of channels_; "" if missing.
+    /// For another program's flat picture: the file's name for each of channels_; "" if missing.
     std::vector<std::string> stored_;
     std::size_t first_extra_ = 0;       ///< index in channels_ of the first channel of extra_
     std::vector<FragmentArray> extra_;  ///< without data
@@ -82,17 +82,17 @@ class ExrLdiReader : public LayeredInput {
 
 /// A reader of deep images in scan lines or tiles, from ExrDeepWriter or other programs. It reads
 /// one picture (exr_picture.h), and the channels in other deep parts that belong to the same
-/// samples. In our own files, all parts must have the same samples. In other programs' files, a
+/// samples. In peeler's files, all parts must have the same samples. In other programs' files, a
 /// part is included if it has the same data window, the same blocks and the same sample count in
 /// every pixel, and shares no channel name but Z and ZBack.
 ///
 /// Samples are sorted by Z (stably). A Z of +inf becomes the largest finite value, since +inf marks
 /// an empty pixel in a layered file. ZBack is kept as a channel. Without A, alpha is the mean of
-/// AR, AG and AB, or 1; a missing R, G or B becomes Y, or 0. Warns of a Z that is NaN or -inf, of
-/// overlapping samples, which are not split, and of missing colours and alpha.
+/// AR, AG and AB, or 1; a missing R, G or B becomes Y, or 0. Warns about a Z that is NaN or -inf,
+/// about overlapping samples, which are not split, and about missing colours and alpha.
 ///
-/// Opening reads all sample counts, so that info().plan has the layers with their windows and
-/// pixels, and the actual fragment counts.
+/// Opening reads all sample counts, so that info().plan has each layer's window and pixels, and the
+/// actual fragment counts.
 class ExrDeepReader : public LayeredInput {
   public:
     /// Throws Error (kInput) if the counts are damaged; `where` names the part.
@@ -107,7 +107,7 @@ class ExrDeepReader : public LayeredInput {
     std::vector<Text> takeWarnings() override { return opened_.warnings.take(); }
 
   private:
-    /// Where the values of a part's channel go.
+    /// The destination of the values of a part's channel.
     struct Route {
         static constexpr int kNowhere = -4, kGrey = -3, kZ = -2, kColor = -1;
         PixelType type = PixelType::kHalf;  ///< type in the file
@@ -116,7 +116,7 @@ class ExrDeepReader : public LayeredInput {
     };
     struct Part {
         std::size_t index;          ///< index in ExrInfo::parts
-        std::vector<Route> routes;  ///< for all of its channels, in order
+        std::vector<Route> routes;  ///< for all channels of the part, in order
     };
     struct CountedBlock {
         ExrDeepBlock main, other;            ///< `samples` stay empty

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gathers and copies fragment channels, component by component.
+// Gathering and copying of fragment channels, component by component.
 #include "formats/exr/exr_rows.h"
 
 #include <Imath/half.h>
@@ -14,8 +14,8 @@
 namespace peeler {
 namespace {
 
-/// Writes one component of the fragments in `row` to `out`, with `fill` for kNoFragment. Returns
-/// the end of the output.
+/// Writes one component of the fragments in `row` to `out`; `fill` where `row` has kNoFragment.
+/// Returns the end of the output.
 template <class T>
 std::byte* gatherComponent(std::span<const T> values, const ExrChannel& channel, T fill,
                            std::span<const std::uint32_t> row, std::byte* out) {
@@ -26,8 +26,8 @@ std::byte* gatherComponent(std::span<const T> values, const ExrChannel& channel,
     return out;
 }
 
-/// Whether the next four channels are those of a plain colour, in the order of their names: A, B,
-/// G, R.
+/// Whether the next four channels are those of a colour without coloured opacity, in order of name:
+/// A, B, G, R.
 bool areColor(std::span<const ExrChannel> channels) {
     if (channels.size() < 4 || channels[0].components != kPlainComponents) return false;
     for (std::size_t c = 0; c < 4; ++c) {
@@ -37,7 +37,7 @@ bool areColor(std::span<const ExrChannel> channels) {
     return true;
 }
 
-/// Writes the four channels of a colour in one pass, since most of the time goes into fetching the
+/// Writes the four channels of a colour in one pass, since most of the time is spent fetching the
 /// fragments.
 template <class T>
 std::byte* gatherColor(std::span<const T> values, std::span<const std::uint32_t> row,
@@ -69,7 +69,7 @@ std::byte* copyChannel(const LayeredImage& image, const ExrChannel& channel, std
     const FragmentArray& array = channel.source == ExrChannel::kColor
                                      ? image.color
                                      : image.extra[static_cast<std::size_t>(channel.source)];
-    // Since bits are copied unchanged, float and uint are handled alike.
+    // Float and uint are handled alike, because their bits are copied unchanged.
     return pixelTypeSize(channel.type) == sizeof(std::uint16_t)
                ? copyComponent(array.as<std::uint16_t>(), channel, begin, end, out)
                : copyComponent(array.as<std::uint32_t>(), channel, begin, end, out);
@@ -89,8 +89,8 @@ void appendFragments(const LayeredImage& from, std::size_t begin, std::size_t en
         append(from.extra[i], to.extra[i]);
 }
 
-/// Reserves memory in `to` for the rows of `from` from y0 on, so that appending them does not
-/// reallocate.
+/// Reserves memory in `to` for the rows of `from`, starting with y0, so that appending them does
+/// not reallocate.
 void reserveRows(const LayeredImage& from, int y0, LayeredImage& to) {
     if (y0 >= from.window.y1) return;
     const std::size_t first = from.pixelIndex(from.window.x0, std::max(y0, from.window.y0));
@@ -151,7 +151,7 @@ std::byte* gatherExrLayer(const LayeredImage& image, std::span<const ExrChannel>
         const FragmentArray& array = channel.source == ExrChannel::kColor
                                          ? image.color
                                          : image.extra[static_cast<std::size_t>(channel.source)];
-        // Since bits are copied unchanged, float and uint are handled alike.
+        // Float and uint are handled alike, because their bits are copied unchanged.
         out = channel.type == PixelType::kHalf
                   ? gatherComponent<std::uint16_t>(array.as<std::uint16_t>(), channel, 0, row, out)
                   : gatherComponent<std::uint32_t>(array.as<std::uint32_t>(), channel, 0, row, out);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rows of images in chunk order: layers and composites channel by channel, as flat scan lines, and
-// fragment lists as deep scan lines. Also carries over the last rows of a band, if the next band's
-// chunks need them.
+// fragment lists as deep scan lines. Also keeps the last rows of a band if the next band's chunks
+// need them.
 #pragma once
 
 #include <cstddef>
@@ -16,18 +16,18 @@
 
 namespace peeler {
 
-/// Finds, for each pixel of a row that starts at (x0, y), the index of its k-th fragment;
-/// kNoFragment where missing. Returns the number found.
+/// Finds, for each pixel of a row that starts at (x0, y), the index of its k-th fragment, or
+/// kNoFragment. Returns the number of fragments found.
 std::size_t findExrFragments(const LayeredImage& image, std::uint32_t k, int x0, int y,
                              std::span<std::uint32_t> row);
 
 /// Writes channels of the fragments in `row`, as found by findExrFragments(), without converting
-/// them. For a pixel without a fragment, every channel is 0 but Z, which is +inf. Returns the end
-/// of the output.
+/// them. For a pixel without a fragment, Z is +inf and every other channel is 0. Returns the end of
+/// the output.
 std::byte* gatherExrLayer(const LayeredImage& image, std::span<const ExrChannel> channels,
                           std::span<const std::uint32_t> row, std::byte* out);
 
-/// Writes the channels of `count` pixels of a composite in the same way, from pixel `first` on.
+/// Like gatherExrLayer(), for `count` pixels of a composite from pixel `first` on.
 std::byte* gatherExrComposite(const CompositeImage& image, std::span<const ExrChannel> channels,
                               std::size_t first, std::size_t count, std::byte* out);
 
@@ -44,8 +44,8 @@ void packDeepRow(const LayeredImage& image, std::span<const ExrChannel> channels
 /// is `y`.
 LayeredImage emptyImage(const LayeredImage& like, int y);
 
-/// Returns the rows from `y` on of two images with the same width and arrays; the second lies below
-/// the first.
+/// Returns the rows from `y` on of two images with the same width and arrays. `lower` lies below
+/// `upper`.
 LayeredImage rowsFrom(int y, const LayeredImage& upper, const LayeredImage& lower);
 
 }  // namespace peeler

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Unpacks chunks: zlib or run lengths, then running sums of the differences, then interleaving of
-// even and odd bytes.
+// Unpacking of chunks: zlib or run lengths, then running sums of the differences, then interleaving
+// of even and odd bytes.
 #include "formats/exr/exr_chunks.h"
 
 #include <libdeflate.h>
@@ -14,11 +14,11 @@
 namespace peeler {
 namespace {
 
-/// The inverse of packRuns() in exr_chunks.cpp, which describes the format.
+/// The inverse of packRuns() in exr_chunks.cpp.
 bool unpackRuns(std::span<const std::byte> packed, std::span<std::byte> out) {
     std::size_t filled = 0;
     for (std::size_t i = 0; i < packed.size();) {
-        // The code is a signed byte: 128 and above mean code − 256.
+        // The code is a signed byte: values from 128 mean code − 256.
         const auto code = std::to_integer<std::size_t>(packed[i++]);
         const bool literal = code >= 128;
         const std::size_t count = literal ? 256 - code : code + 1;
@@ -35,11 +35,11 @@ bool unpackRuns(std::span<const std::byte> packed, std::span<std::byte> out) {
     return filled == out.size();
 }
 
-/// Replaces differences, biased by 128, by their running sums, starting from `last`. Returns the
+/// Replaces differences, biased by 128, with their running sums, starting from `last`. Returns the
 /// last sum.
 ///
-/// Handles eight bytes at once: even and odd bytes are spread over 16-bit lanes, and multiplying by
-/// four ones gives the running sums of the lanes, without carries between them.
+/// Handles eight bytes at once: even and odd bytes are spread over 16-bit lanes. Multiplying by a
+/// word of four ones gives the running sums of the lanes, without carries between lanes.
 std::uint8_t addUp(std::span<std::uint8_t> bytes, std::uint8_t last) {
     constexpr std::uint64_t kEven = 0x00ff00ff00ff00ff, kOnes = 0x0001000100010001;
     constexpr std::uint64_t kBias = 0x8080808080808080;
@@ -60,7 +60,7 @@ std::uint8_t addUp(std::span<std::uint8_t> bytes, std::uint8_t last) {
     return last;
 }
 
-/// The inverse of ExrChunkPacker's filter. Destroys `filtered`.
+/// The inverse of ExrChunkPacker::filter(). Destroys `filtered`.
 void unfilter(std::span<std::uint8_t> filtered, std::span<std::byte> out) {
     addUp(filtered, 128);  // the first byte is not a difference and has no bias
     const std::size_t size = out.size(), half = size / 2;
@@ -81,14 +81,14 @@ bool exrInflate(std::span<const std::byte> packed, std::span<std::byte> out) {
     // of a deep row.
     thread_local const std::unique_ptr<libdeflate_decompressor, void (*)(libdeflate_decompressor*)>
         inflater(libdeflate_alloc_decompressor(), libdeflate_free_decompressor);
-    // Without a pointer for the actual size, the result must fill `out` exactly.
+    // With a null pointer for the actual size, the result must fill `out` exactly.
     return inflater &&
            libdeflate_zlib_decompress(inflater.get(), packed.data(), packed.size(), out.data(),
                                       out.size(), nullptr) == LIBDEFLATE_SUCCESS;
 }
 
 std::uint64_t exrMostUnpacked(const std::string& compression, std::uint64_t packed) {
-    constexpr std::uint64_t kRuns = 64;  // two bytes give at most 128
+    constexpr std::uint64_t kRuns = 64;  // two bytes unpack to at most 128
     if (compression == "none") return packed;
     if (compression == "rle") return packed * kRuns;
     return compression == "zips" || compression == "zip" ? packed * kMostZlibRatio : 0;

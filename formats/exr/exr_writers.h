@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// OpenEXR writers of layered depth images (one part per layer), of their composite alone, and of
-// deep images (one deep sample per fragment).
+// OpenEXR writers of layered depth images (one part per layer), of composites alone, and of deep
+// images (one deep sample per fragment).
 #pragma once
 
 #include <OpenEXR/ImfCompression.h>
@@ -41,16 +41,16 @@ class ExrPartsSink : public Sink {
 };
 
 /// A writer of layered depth images. The part `composite` has R,G,B,A as `Plan::color_type`
-/// (compositeOver() of the stored colours on nothing) and Z of the first fragment. The parts
-/// `layer_000`, `layer_001`, … follow, front to back, each cropped to its layer's data window:
-/// R,G,B,A, Z and the extra channels of the bands. A picture without any
-/// fragment has the part `composite` alone, even if the options leave it out, since a file must
-/// have a part. `peeler:layout` names the layout; the layout "per-file" requires a composite,
-/// because the composite's file is the head of the set. The same plan, provenance and pixels
-/// produce the same bytes, however they are cut into bands.
+/// (compositeOver() of the stored colours, without a background) and Z of the first fragment. The
+/// parts `layer_000`, `layer_001`, … follow, front to back, each cropped to its layer's data
+/// window: R,G,B,A, Z and the extra channels of the bands. A picture without any fragment has the
+/// part `composite` alone, even if the options leave it out, since a file must have a part.
+/// `peeler:layout` names the layout. The layout "per-file" requires a composite, because the
+/// composite's file is the head of the set. The same plan, provenance and pixels produce the same
+/// bytes, whatever the sizes of the bands.
 class ExrLdiWriter : public ExrPartsSink {
   public:
-    /// Throws Error (kUsage) if there is no such compression.
+    /// Throws Error (kUsage) if the compression is unknown.
     explicit ExrLdiWriter(std::string path, OutputOptions options = {});
 
     /// Throws Error (kOutput) if the file cannot be created.
@@ -65,7 +65,7 @@ class ExrLdiWriter : public ExrPartsSink {
 };
 
 /// A writer of single-part composites: R,G,B,A as `Plan::color_type`, Z (float, +inf where empty)
-/// and the other channels of the first fragment. dataWindow is the crop; the attributes are those
+/// and the other channels of the first fragment. dataWindow is the crop. The attributes are those
 /// of a layered file except `peeler:layer`. Compressed by ZIP.
 class ExrCompositeWriter : public ExrPartsSink {
   public:
@@ -89,7 +89,7 @@ class ExrCompositeWriter : public ExrPartsSink {
 /// the input file has ZBack. If samples were merged, `peeler:deepMerge` names the method, and
 /// `peeler:fragmentsStored`, `peeler:layers` and `peeler:complete` describe the merged samples;
 /// `peeler:fragmentsStored` may then begin with zeros. The same plan, provenance and pixels produce
-/// the same bytes, however they are cut into bands.
+/// the same bytes, whatever the sizes of the bands.
 class ExrDeepWriter : public Sink {
   public:
     /// Throws Error (kUsage) if deep images cannot have this compression.
@@ -126,14 +126,14 @@ class ExrDeepWriter : public Sink {
     Window window_;
     std::vector<Part> parts_;
     std::unique_ptr<AtomicFile> file_;
-    /// Created with the first band, because the channels are not known before.
+    /// Created with the first band, which defines the channels.
     std::unique_ptr<ExrOutput> exr_;
     LayeredImage like_;  ///< the arrays that every band has, without pixels
     LayeredImage merged_;
     int next_row_ = 0;
     std::uint64_t fragments_seen_ = 0, fragments_written_ = 0;
     std::uint32_t most_samples_ = 0;  ///< maximum in one pixel
-    bool coincident_ = false;         ///< whether any two samples of a pixel have the same Z
+    bool coincident_ = false;         ///< whether two samples of any pixel have the same Z
     std::vector<ExrDeepChunk> packed_;
     ExrPackerPool packers_{kDefaultZipLevel, compression_};
     StageTimes times_;

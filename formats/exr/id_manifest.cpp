@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// OpenEXR's idManifest. OpenEXR's own class writes it, but our own code reads it, since that class
-// trusts the sizes in the file (OpenEXR 3.1, src/lib/OpenEXR/ImfIDManifest.cpp, has the format).
+// OpenEXR's idManifest. OpenEXR's class writes it. The reader here is peeler's own, since OpenEXR's
+// class trusts the sizes in the file (OpenEXR 3.1, src/lib/OpenEXR/ImfIDManifest.cpp, has the
+// format).
 #include "formats/exr/exr_header.h"
 
 #include <OpenEXR/ImfChannelList.h>
@@ -25,7 +26,7 @@ namespace peeler {
 namespace {
 
 constexpr const char *kObject = "id.object", *kMaterial = "id.material";
-/// The component that the manifest may have besides "name".
+/// The manifest's optional component in addition to "name".
 constexpr const char* kParent = "parent";
 constexpr std::uint64_t kMostNameBytes = 1U << 27;  ///< bytes; no scene has that many names
 
@@ -34,8 +35,8 @@ bool isOf(const std::string& channel, const std::string& name) {
     return channel == name || channel.ends_with("." + name);
 }
 
-/// Adds a group of channels and names. `parents`, the ids of the parents, make a second component
-/// unless `parents` is empty.
+/// Adds a group of channels and names. The ids of the parents become a second component; `parents`
+/// may be empty.
 void addGroup(Imf::IDManifest& manifest, const Imf::ChannelList& channels, const char* name,
               const std::vector<std::string>& names, const std::vector<std::uint32_t>& parents) {
     std::set<std::string> found;
@@ -58,9 +59,9 @@ void addGroup(Imf::IDManifest& manifest, const Imf::ChannelList& channels, const
     manifest.add(group);
 }
 
-/// A reader of a manifest's unpacked bytes, which it does not trust: it limits everything that a
-/// few bytes can inflate (strings with common beginnings, overlapping runs, a long name for many
-/// ids). Numbers are little-endian.
+/// A reader of a manifest's unpacked bytes, which are not trusted. It limits everything that a few
+/// bytes can inflate: strings with common beginnings, overlapping runs, a long name for many ids.
+/// Numbers are little-endian.
 class ManifestReader {
   public:
     explicit ManifestReader(std::span<const std::byte> bytes) : left_(bytes) {}
@@ -95,7 +96,7 @@ class ManifestReader {
         return value;
     }
 
-    /// Reads a number stored with seven bits per byte, lowest first; all bytes but the last have
+    /// Reads a number stored with seven bits per byte, lowest first. All bytes except the last have
     /// the high bit set.
     std::uint64_t shortNumber() {
         std::uint64_t value = 0;
@@ -124,16 +125,16 @@ class ManifestReader {
         return texts;
     }
 
-    /// Adds up bytes before they are allocated. Throws Error (kInput) if the total exceeds the
+    /// Counts bytes before they are allocated. Throws Error (kInput) if the total exceeds the
     /// limit.
     void hold(std::uint64_t bytes) {
         held_ += bytes;
         if (held_ > 2 * kMostNameBytes) fail("its names are too many or too long");
     }
 
-    /// Reads all texts, which are sorted. Each but the first begins with the length that it shares
-    /// with the previous text: one byte or, if the previous text is longer than 255, two, the
-    /// higher first.
+    /// Reads all texts, which are sorted. Every text but the first begins with the length of the
+    /// beginning that it shares with the previous text. The length takes one byte or, if the
+    /// previous text is longer than 255, two, the higher first.
     void readTexts() {
         for (std::string_view text : list()) {
             std::string whole;
@@ -155,11 +156,11 @@ class ManifestReader {
         }
     }
 
-    /// Reads the numbers by which entries refer to texts. They are stored as runs of texts,
-    /// numbered consecutively; only the first occurrence of a text counts.
+    /// Reads the order of the texts to which the entries refer by number. The order is stored as
+    /// runs of texts. If runs overlap, a text keeps its first number.
     void readOrder() {
         hold(2 * texts_.size() * sizeof(std::size_t));
-        // For each text, where to look for the next one without a number.
+        // For each text, the next text that may lack a number.
         std::vector<std::size_t> next(texts_.size() + 1);
         std::iota(next.begin(), next.end(), std::size_t{0});
         const auto free_from = [&](std::size_t text) {
@@ -188,8 +189,8 @@ class ManifestReader {
         return storage == 1 ? number<std::uint32_t>() : shortNumber();
     }
 
-    /// Reads the group for some channels: ids, with the texts of each. Keeps it if it is the first
-    /// for objects or materials, and if its ids are 1, 2, 3, … like ours.
+    /// Reads the group for some channels: ids, with the texts of each. Keeps the first groups for
+    /// objects and for materials whose ids are 1, 2, 3, …, as peeler writes them.
     void readGroup(IdNames& found) {
         const auto channels = list(), components = list();
         take(1);                        // skips the lifetime of the ids

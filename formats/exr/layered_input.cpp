@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Chooses a file's reader by its headers.
+// Choice of a file's reader by its headers.
 #include "formats/exr/layered_input.h"
 
 #include <limits>

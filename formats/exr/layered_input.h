@@ -17,11 +17,11 @@ namespace peeler {
 /// The cost of reading a band.
 struct BandRead {
     std::uint64_t fragments = 0;  ///< fragments in the band's lists
-    std::uint64_t bytes = 0;      ///< needed besides the lists while reading
+    std::uint64_t bytes = 0;      ///< bytes needed for reading, in addition to the lists
     bool counted = false;         ///< whether `fragments` is exact, not a maximum
 };
 
-/// An open layered file. Its memory grows with the window being read, not with the file.
+/// An open layered file. Its memory depends on the window being read, not on the size of the file.
 class LayeredInput {
   public:
     virtual ~LayeredInput() = default;
@@ -29,29 +29,29 @@ class LayeredInput {
     virtual const ExrInfo& info() const = 0;
 
     /// Reads the fragments of a window inside `info().plan.view.crop`: all of the crop, or a band
-    /// for a Sink. Colours are half if they are half in every layer, else float. They are followed
-    /// by the channels of the first layer, sorted by name; those with the same name up to the last
-    /// dot (N.X, N.Y, N.Z) share an array. Where a layer lacks a channel, its values are 0.
-    /// Overwrites `out`, reusing its storage. Throws Error (kInput) if a chunk is damaged,
-    /// (kMemory) if there are over 2^32 fragments.
+    /// for a Sink. Colours are half if they are half in every layer, else float. The extra channels
+    /// are those of the first layer, sorted by name; channels with the same name up to the last dot
+    /// (N.X, N.Y, N.Z) share an array. If a layer lacks a channel, its values are 0. Overwrites
+    /// `out`, reusing its storage. Throws Error (kInput) if a chunk is damaged, (kMemory) if there
+    /// are over 2^32 fragments.
     virtual void read(const Window& window, LayeredImage& out) = 0;
 
     /// Reads the part `composite` as stored. Throws Error (kInput) if it is missing.
     virtual void readComposite(const Window& window, CompositeImage& out) = 0;
 
-    /// Returns the warnings since the last call: about headers, and about the data read so far.
+    /// Returns the warnings since the last call, about headers and about the data read so far.
     virtual std::vector<Text> takeWarnings() { return {}; }
 
-    /// Returns the number of full-width rows for which read() takes about `bytes`; at least the
+    /// Returns the number of full-width rows for which read() takes about `bytes`, but at least the
     /// rows of one chunk.
     virtual int rowsFor(std::uint64_t bytes) const = 0;
 
-    /// Returns the maximum cost of read() for any band of `rows` full-width rows, as far as the
-    /// headers or, in a deep file, the sample counts show.
+    /// Returns the maximum cost of read() for any band of `rows` full-width rows, according to the
+    /// headers or, in a deep file, to the sample counts.
     virtual BandRead mostOf(int rows) const = 0;
 
   protected:
-    /// Turns the counts of all pixels, after a leading 0, into LayeredImage::offsets. Throws Error
+    /// Converts the counts of all pixels, after a leading 0, to LayeredImage::offsets. Throws Error
     /// (kMemory) if the sum exceeds 32 bits.
     static void countsToOffsets(std::vector<std::uint32_t>& counts, const std::string& path);
 };
@@ -59,14 +59,14 @@ class LayeredInput {
 /// Whether the headers describe a layered picture that openLayered() can read, even one without any
 /// fragments.
 bool isLayered(const ExrInfo& info);
-/// Whether the file is a composite of ours that is stored without its layers.
+/// Whether the file is a composite by peeler without its layers.
 bool isLoneComposite(const ExrInfo& info);
 /// Whether the headers describe several pictures: the hits of ray bundles, with a deep part for
 /// each.
 bool holdsBundles(const ExrInfo& info);
 
-// These open OpenEXR files only. formats/layered/opened_picture.h documents them, and opens other
-// files too.
+// These functions open OpenEXR files only. formats/layered/opened_picture.h documents them, and
+// also opens other files.
 
 std::unique_ptr<LayeredInput> openLayeredExr(OpenedExr opened);
 std::unique_ptr<LayeredInput> openCompositeExr(OpenedExr opened);

@@ -18,16 +18,16 @@ struct ValueTexture {
 };
 
 /// Returns the texture as a grey or RGB PNG with 8 or 16 bits. Values from 0 to 1 fill the range
-/// linearly, without a transfer function. Values outside are clipped; NaN becomes 0. Throws Error
+/// linearly, without a transfer function. Other values are clipped; NaN becomes 0. Throws Error
 /// (kOutput).
 std::vector<std::uint8_t> encodePng(const ValueTexture& texture, int bits);
 
-/// Writes the texture as a 16-bit PNG, whole or not at all. Throws Error (kOutput).
+/// Writes the texture as a 16-bit PNG, atomically. Throws Error (kOutput).
 void writePngTexture(const std::string& path, const ValueTexture& texture,
                      const std::string& software);
 
-/// Writes an OpenEXR file, whole or not at all, with one part per texture, in order: 32-bit floats
-/// in channels Y or R, G, B. Texture names must differ. Throws Error (kOutput).
+/// Writes an OpenEXR file, atomically, with one part per texture, in order: 32-bit floats in
+/// channels Y or R, G, B. Texture names must differ. Throws Error (kOutput).
 void writeExrTextures(const std::string& path, std::span<const ValueTexture> textures,
                       const std::string& software);
 

@@ -27,8 +27,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kBufferBytes = std::size_t{1} << 20U;
-/// A transfer to disk starts only once this many bytes are new, because starting many small,
-/// scattered transfers would take the kernel longer than the writing itself.
+/// A transfer to disk starts only after this many new bytes, because starting many small, scattered
+/// transfers would take longer than writing.
 constexpr std::uint64_t kTransferBytes = std::uint64_t{8} << 20U;
 
 std::string hintFor(int error) {
@@ -115,7 +115,8 @@ AtomicFile::AtomicFile(std::string path) : path_(std::move(path)), destination_(
         throw Error(ErrorKind::kOutput, "cannot write: it is not a regular file", path_,
                     "name a regular file; the output is renamed into place");
     }
-    // The new file would replace, not follow, a link whose target cannot be examined.
+    // If the target of a link cannot be examined, the new file would replace the link instead of
+    // the target.
     if (status.type() == fs::file_type::none)
         fail("cannot write: " + text(error.value()), error.value());
 
@@ -124,8 +125,8 @@ AtomicFile::AtomicFile(std::string path) : path_(std::move(path)), destination_(
     fs::create_directories(folder, unmade);
     if (unmade && !fs::is_directory(folder, error))
         fail("cannot make the folder: " + unmade.message(), unmade.value());
-    // Check the length of the final name now, which may be longer than the hidden one. Otherwise
-    // only the last step would fail.
+    // Check the length of the final name now, which may be longer than the hidden name. Otherwise
+    // only the rename would fail.
     const long most = pathconf(folder.c_str(), _PC_NAME_MAX);
     if (most > 0 &&
         fs::path(destination_).filename().string().size() > static_cast<std::size_t>(most))
@@ -137,12 +138,11 @@ AtomicFile::AtomicFile(std::string path) : path_(std::move(path)), destination_(
     constexpr int kAttempts = 100;
     for (int attempt = 0; attempt < kAttempts; ++attempt) {
         temporary_path_ = (fs::path(destination_).parent_path() / hiddenName(base)).string();
-        // Register the file before it exists: if a signal comes in between, there is nothing to
-        // unlink, which is harmless.
+        // Register the name before the file exists, so that a signal in between leaves no file.
         slot_ = noteTemporary(temporary_path_);
         descriptor_ =
             openFile(temporary_path_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-        // A process that is removing leftovers may have removed the file before it was locked.
+        // Another process that removes leftovers may have removed the file before it was locked.
         if (descriptor_ >= 0 && lockIsMine(descriptor_)) return;
         const int cause = descriptor_ >= 0 ? EEXIST : errno;
         if (descriptor_ >= 0) {
@@ -206,17 +206,17 @@ void AtomicFile::sync() {
 }
 
 void AtomicFile::syncAll(std::span<AtomicFile* const> files) {
-    constexpr std::size_t kFew = 8;  // up to this number, single syncs are faster
+    constexpr std::size_t kFew = 8;  // up to this number, syncing each file is faster
     for (AtomicFile* const file : files) {
         file->flush();
         if (!file->in_scratch_) sync_file_range(file->descriptor_, 0, 0, SYNC_FILE_RANGE_WRITE);
     }
-    // Most of the cost of syncing a file is that of syncing its file system, however many files
-    // have changed, so the file system is synced only once. Write errors are queried per file. If
-    // any of this fails, fsync() shows whether that file is on disk.
+    // The cost of fsync() is mostly that of syncing the file system, for one changed file or many.
+    // So sync each file system once, then query each file for write errors. If either step fails,
+    // fsync() decides whether the file is on disk.
     constexpr unsigned kWritten =
         SYNC_FILE_RANGE_WAIT_BEFORE | SYNC_FILE_RANGE_WRITE | SYNC_FILE_RANGE_WAIT_AFTER;
-    std::map<dev_t, bool> file_systems;  // whether each has been synced
+    std::map<dev_t, bool> file_systems;  // whether syncfs() succeeded
     for (AtomicFile* const file : files) {
         if (file->in_scratch_) continue;
         struct stat status {};
@@ -239,8 +239,8 @@ void AtomicFile::commit() {
 void AtomicFile::publish() {
     if (isStandardOutput(path_)) return copyToStandardOutput();
     // Network file systems report an exceeded quota only when a descriptor is closed. Close a
-    // duplicate, because closing the last descriptor would release the lock, and other processes
-    // take unlocked files for leftovers.
+    // duplicate: closing the last descriptor would release the lock, and other processes would take
+    // the file for a leftover.
     if (const int other = dup(descriptor_); other >= 0 && close(other) != 0)
         fail("cannot write: " + text(errno), errno);
     if (std::rename(temporary_path_.c_str(), destination_.c_str()) != 0) {
@@ -259,7 +259,7 @@ void AtomicFile::syncFolder() const {
     const int result = fsync(folder);
     const int cause = errno;
     close(folder);
-    // Some file systems cannot sync folders, which is no error: the file itself is on disk.
+    // Some file systems cannot sync folders. That is no error, because the file itself is on disk.
     const bool unable = cause == EINVAL || cause == ENOTSUP || cause == ENOSYS;
     if (result != 0 && !unable) fail("cannot sync the folder: " + text(cause), cause);
 }
@@ -273,15 +273,15 @@ void AtomicFile::writeOut(std::uint64_t offset, std::span<const std::byte> bytes
             pwrite(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
         if (n < 0 && errno == EINTR) continue;
         if (n < 0) fail("cannot write: " + text(errno), errno);
-        // A short write is not an error yet: the next write reports the cause (most often lack of
-        // space).
+        // A short write is not yet an error: the next write reports the cause, mostly lack of
+        // space.
         offset += static_cast<std::uint64_t>(n);
         transferable_ += static_cast<std::uint64_t>(n);
         bytes = bytes.subspan(static_cast<std::size_t>(n));
     }
     if (transferable_ < kTransferBytes || in_scratch_) return;
-    // Start the transfer to disk now, so that sync() has less to wait for; if it cannot be started,
-    // sync() waits for all of it.
+    // Start the transfer to disk now, so that sync() has less to wait for. A failure is harmless,
+    // because sync() then transfers everything.
     sync_file_range(descriptor_, 0, 0, SYNC_FILE_RANGE_WRITE);
     transferable_ = 0;
 }
@@ -324,8 +324,8 @@ std::uint64_t bytesOnStandardOutput() {
 void commitAll(std::span<AtomicFile* const> files) {
     if (files.size() == 1) return files.front()->commit();
     AtomicFile::syncAll(files);
-    // The first file is renamed last, since it refers to the others.
-    std::size_t renamed = files.size();  // files from this index on have been renamed
+    // The first file refers to the others, so it is renamed last.
+    std::size_t renamed = files.size();  // the files from this index on have been renamed
     try {
         for (; renamed > 0; --renamed)
             files[renamed - 1]->publish();

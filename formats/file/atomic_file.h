@@ -12,21 +12,23 @@
 
 namespace peeler {
 
-/// An output file that is written as a new hidden file in the destination folder
-/// (".out.exr.peeler-<host>-<pid>-<n>.tmp"), which commit() syncs and renames. If the object is
-/// destroyed before commit(), it leaves nothing behind. A process killed outright (SIGKILL) leaves
-/// the hidden file, but never a partial one under the final name; the first AtomicFile of another
-/// process in that folder removes it. While in use, a hidden file is locked (flock), so that
-/// processes with the same id on other machines do not take it for a leftover. The new file's mode
-/// is 0666 less the umask. A symbolic link at `path` is followed, not replaced, even if its target
-/// does not exist yet. Missing folders are created. If isStandardOutput(path), the hidden file is
-/// in the folder for temporary files, and commit() copies it to standard output. Every member that
-/// touches the disk throws Error (kOutput) with path and hint. Not for several threads at once.
+/// An output file that is first written to a new hidden file in the destination folder
+/// (".out.exr.peeler-<host>-<pid>-<n>.tmp"). commit() syncs the hidden file and renames it. If the
+/// object is destroyed before commit(), it leaves nothing behind. A process killed outright
+/// (SIGKILL) leaves the hidden file, but never a partial file under the final name; the first
+/// AtomicFile of another process in that folder removes the hidden file. While in use, a hidden
+/// file is locked (flock), so that processes with the same id on other machines do not take it for
+/// a leftover.
+///
+/// The new file's mode is 0666 less the umask. A symbolic link at `path` is followed, not replaced,
+/// even if its target does not exist yet. Missing folders are created. If isStandardOutput(path),
+/// the hidden file is in the folder for temporary files, and commit() copies it to standard output.
+/// Every member that touches the disk throws Error (kOutput) with path and hint. Not thread-safe.
 class AtomicFile {
   public:
     /// Creates the hidden file. Throws Error (kOutput) if the folder cannot be created or written
-    /// to, or if `path` is not a regular file; Error (kUsage) if `path` is empty, or if it means
-    /// standard output and that is a terminal.
+    /// to, or if `path` is not a regular file; (kUsage) if `path` is empty, or if `path` means
+    /// standard output and standard output is a terminal.
     explicit AtomicFile(std::string path);
     ~AtomicFile();
     AtomicFile(const AtomicFile&) = delete;
@@ -37,12 +39,12 @@ class AtomicFile {
     /// Writes bytes at an offset, overwriting the file or extending it. Flushes appended bytes
     /// first.
     void writeAt(std::uint64_t offset, std::span<const std::byte> bytes);
-    /// Reads back bytes already written. Returns the number read, which is less than requested only
-    /// at the end of the file.
+    /// Reads bytes that have been written. Returns the number read, which is less than requested
+    /// only at the end of the file.
     std::size_t readAt(std::uint64_t offset, std::span<std::byte> bytes);
     /// Writes the buffer to the operating system, so that temporaryPath() can be opened and read.
     void flush();
-    /// Flushes and fsyncs; lack of space is reported here at the latest.
+    /// Flushes and fsyncs. Lack of space is reported here at the latest.
     void sync();
     /// Syncs, closes and renames the file, and fsyncs its folder. Nothing may be written
     /// afterwards.
@@ -56,7 +58,7 @@ class AtomicFile {
 
   private:
     friend void commitAll(std::span<AtomicFile* const> files);
-    // The steps of commit(); the first handles several files together.
+    // The steps of commit(). syncAll() handles several files together.
     static void syncAll(std::span<AtomicFile* const> files);
     void publish();
     void syncFolder() const;
@@ -71,25 +73,25 @@ class AtomicFile {
     std::string temporary_path_;
     int descriptor_ = -1;
     int slot_ = -1;            ///< index from noteTemporary(); −1 if no slot was free
-    bool in_scratch_ = false;  ///< isScratchFile(): the file need not be synced
+    bool in_scratch_ = false;  ///< isScratchFile(): the file is not synced
     std::vector<std::byte> buffer_;
     std::uint64_t size_ = 0;
-    std::uint64_t transferable_ = 0;  ///< bytes written whose transfer to disk has not been started
+    std::uint64_t transferable_ = 0;  ///< bytes written since the last transfer to disk was started
 };
 
 /// Returns a path with the symbolic links at its end followed.
 std::filesystem::path withLinksFollowed(std::filesystem::path path);
 
-/// Whether a name means standard output: "-", or "-.EXT", whose extension chooses the format.
+/// Whether a name means standard output: "-", or "-.EXT", where the extension chooses the format.
 /// "./-.EXT" is a file of that name.
 bool isStandardOutput(const std::string& path);
 
 /// Returns the total bytes written to standard output by AtomicFiles.
 std::uint64_t bytesOnStandardOutput();
 
-/// Commits files that belong together. Syncs all before renaming any; if there are many, syncs
-/// their file system once, which takes hardly longer than syncing one file. If a rename fails
-/// nevertheless, removes the files already renamed, so that no partial set is left. Throws Error
+/// Commits files that belong together. Syncs all files before it renames any. If there are many, it
+/// syncs their file system once, which takes hardly longer than syncing one file. If a rename
+/// fails, removes the files already renamed, so that no partial set is left. Throws Error
 /// (kOutput).
 void commitAll(std::span<AtomicFile* const> files);
 void commitAll(std::span<const std::unique_ptr<AtomicFile>> files);

@@ -25,8 +25,8 @@ struct Token {
     bool sign_takes_room = false;  ///< whether a minus sign counts as a digit, as in printf
 };
 
-/// Finds the first placeholder of a sign ('#' or '@') that begins at or after `from`; for '#', also
-/// one in printf's form. Returns nothing if there is none.
+/// Finds the first placeholder with this sign ('#' or '@') at or after `from`; for '#', also a
+/// placeholder in printf's form. Returns nothing if there is none.
 std::optional<Token> findToken(const std::string& name, std::size_t from, char sign) {
     for (std::size_t i = from; i < name.size(); ++i) {
         if (name[i] == sign) {
@@ -34,7 +34,7 @@ std::optional<Token> findToken(const std::string& name, std::size_t from, char s
             return Token{i, end, end - i == 1 ? kLoneDigits : end - i, false};
         }
         if (name[i] != '%' || sign != kFrameSign) continue;
-        if (name[i + 1] == '%') {  // name[i + 1] exists: at the end, it is the terminating zero
+        if (name[i + 1] == '%') {  // name[i + 1] exists: strings end with a zero
             ++i;
             continue;
         }
@@ -60,7 +60,7 @@ std::size_t nameBegin(const std::string& path) {
     return slash == std::string::npos ? 0 : slash + 1;
 }
 
-/// Returns the path with the number in every placeholder of its last component.
+/// Returns the path with the number in place of every placeholder of its last component.
 std::string numbered(const std::string& path, int number, char sign) {
     std::string result = path.substr(0, nameBegin(path));
     const std::string name = path.substr(result.size());
@@ -123,7 +123,7 @@ std::vector<int> framesThere(const std::string& path) {
     std::vector<int> numbers;
     const std::filesystem::path parent = std::filesystem::path(path).parent_path();
     for (const std::string& name : namesIn(parent.empty() ? "." : parent)) {
-        // Any run of digits may be the number. It is if framePath() of that number gives the name.
+        // Any run of digits may be the frame number, so try each with framePath().
         std::size_t end = 0;
         for (std::size_t at = 0; (at = name.find_first_of(kDigits, end)) != std::string::npos;) {
             end = std::min(name.find_first_not_of(kDigits, at), name.size());

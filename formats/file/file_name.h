@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// File names and kinds: detection by extension or first bytes, and number placeholders for frames
+// File names and kinds: recognition by extension or first bytes, and number placeholders for frames
 // and views.
 #pragma once
 
@@ -18,20 +18,20 @@ std::string lowerExtension(const std::filesystem::path& path);
 /// Whether a file name has a placeholder for the frame number: "####" or "%04d".
 bool hasFrameToken(const std::string& path);
 
-/// Returns the name with the frame number inserted: for '#', one digit per character (a single one
-/// means four digits); for "%04d" and "%d", as printf would; "%%" becomes '%'. A sign comes before
-/// the digits. Only the last component of the path is changed.
+/// Returns the name with the frame number inserted: for '#', one digit per character (a single '#'
+/// means four digits); for "%04d" and "%d", as printf would; "%%" becomes '%'. A minus sign comes
+/// before the digits. Only the last component of the path is changed.
 std::string framePath(const std::string& path, int frame);
 
-/// Returns the frame numbers, from 0 to 1,000,000,000 in rising order, whose framePath() exists;
-/// {0} if there is no placeholder and the path exists. Throws Error (kOutput) if existence cannot
-/// be determined.
+/// Returns the frame numbers from 0 to 1,000,000,000 whose framePath() exists, in rising order; {0}
+/// if the path has no placeholder and exists. Throws Error (kOutput) if existence cannot be
+/// determined.
 std::vector<int> framesThere(const std::string& path);
 
 /// Whether a file name has a placeholder for the view number: "@@@@".
 bool hasViewToken(const std::string& path);
 
-/// Returns the name with the view number (from 0) inserted, one digit per '@' (a single one means
+/// Returns the name with the view number (from 0) inserted, one digit per '@' (a single '@' means
 /// four digits). Only the last component of the path is changed.
 std::string viewPath(const std::string& path, int view);
 

@@ -20,7 +20,8 @@
 namespace peeler {
 namespace {
 
-/// The spawn settings of a helper: it gets two files, and no signal is blocked, handled or ignored.
+/// The spawn settings of a helper: it gets two open files, and the default action for every signal,
+/// with none blocked.
 class SpawnSettings {
   public:
     SpawnSettings(int in, int out) {
@@ -45,8 +46,8 @@ class SpawnSettings {
 
     const posix_spawn_file_actions_t* actions() const { return &actions_; }
     const posix_spawnattr_t* attributes() const { return &attributes_; }
-    /// Returns the first error (errno), since a helper must not be started without all of its
-    /// files.
+    /// Returns the first error (errno) of the settings, or 0. A helper must not be started after an
+    /// error.
     int failure() const { return failure_; }
 
   private:
@@ -92,7 +93,7 @@ void waitFor(pid_t child, const HelperRun& run) {
     pid_t ended = 0;
     while ((ended = wait4(child, &status, 0, &used)) < 0 && errno == EINTR) {
     }
-    // If the host ignores SIGCHLD, or waits for all children, no exit status is available, so only
+    // If the host ignores SIGCHLD, or waits for all children, there is no exit status. Then only
     // the helper's result shows whether it succeeded.
     if (ended < 0) return;
     const std::uint64_t microseconds =
@@ -119,7 +120,7 @@ void waitFor(pid_t child, const HelperRun& run) {
 }
 
 std::string takeText(SharedFile& result) {
-    constexpr std::uint64_t kMostOfMessage = 8192;  // exceeds the longest text of an Error
+    constexpr std::uint64_t kMostOfMessage = 8192;  // longer than any text of an Error
     const auto text = result.take<char>(kMostOfMessage);
     return {text.begin(), text.end()};
 }
@@ -133,8 +134,8 @@ SharedFile runHelper(const HelperRun& run, const SharedFile& request) {
     result.seek(0);
     const auto state = result.takeOne<HelperState>();
     if (state == HelperState::kDone) return result;
-    // The helper may have sent any number as the kind. A decoder's own failures are only kMemory
-    // and kInput.
+    // The helper may have sent any number as the kind, but a decoder only fails with kMemory or
+    // kInput.
     const auto kind = state == HelperState::kFailed ? result.takeOne<ErrorKind>() : ErrorKind();
     if (kind != ErrorKind::kInput && kind != ErrorKind::kMemory)
         throw Error(ErrorKind::kInput, "the decoder ends without a result", "", run.hint);

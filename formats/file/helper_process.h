@@ -12,9 +12,9 @@
 
 namespace peeler {
 
-/// An unnamed in-memory file of consecutive arrays, for exchange between two processes, each with
-/// its own position in it. Throws Error (kMemory) if there is no room, (kInput) if a read does not
-/// match the content.
+/// An unnamed in-memory file of consecutive arrays, for exchange between two processes. Each
+/// process has its own position in it. Throws Error (kMemory) if there is no room, (kInput) if a
+/// read does not match the content.
 class SharedFile {
   public:
     /// Creates an empty file.
@@ -70,7 +70,7 @@ class SharedFile {
     std::uint64_t place_ = 0;
 };
 
-/// The state of a helper's result, which is the result's first value.
+/// The state of a helper, stored as the first value of its result.
 enum class HelperState : std::uint32_t {
     kUnfinished = 0,
     kDone,    ///< the result follows
@@ -81,8 +81,8 @@ struct HelperRun {
     std::filesystem::path program;
     int cpu_seconds = 10;
     const char* hint = "";  ///< hint of the Errors that runHelper() throws
-    /// If set, the processor time that the helper used, in microseconds, is added to it, however
-    /// the helper ends.
+    /// If set, runHelper() adds the helper's processor time, in microseconds, however the helper
+    /// ends.
     std::atomic<std::uint64_t>* used = nullptr;
 };
 
@@ -92,7 +92,7 @@ struct HelperRun {
 /// kMemory) that the helper reports, with the same kind, message and hint. Throws Error (kInput)
 /// with an empty `where` if the helper crashes, exceeds its limits or returns anything else;
 /// (kInternal) if it cannot be started. Hostile data may control the helper, so the caller must
-/// check everything it takes from the result. May be called from several threads.
+/// check all values that it takes from the result. Thread-safe.
 SharedFile runHelper(const HelperRun& run, const SharedFile& request);
 
 }  // namespace peeler

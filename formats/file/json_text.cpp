@@ -10,8 +10,8 @@
 namespace peeler {
 namespace {
 
-// The maximum nesting depth, since parsers and destructors of JSON values recurse. glTF extras nest
-// deepest.
+// The maximum nesting depth. It is limited because parsers and destructors of JSON values recurse.
+// The deepest values in practice are glTF extras.
 constexpr int kMaxJsonDepth = 200;
 
 constexpr std::size_t kMostOfProblem = 300;  ///< maximum length of the parser's message, in bytes
@@ -24,7 +24,7 @@ Json parsed(std::string_view text, const std::string& where) {
         return Json::parse(text.begin(), text.end());
     } catch (const nlohmann::json::exception& problem) {
         // The message reads "[json.exception.parse_error.101] parse error at line 3, column 7: …;
-        // last read: '…'", and the last text read may be the whole file.
+        // last read: '…'". The text last read may be the whole file.
         std::string_view what = problem.what();
         if (const std::size_t end = what.find("] "); end != std::string_view::npos)
             what.remove_prefix(end + 2);

@@ -10,22 +10,22 @@
 namespace peeler {
 
 /// Parses a JSON text, after an optional byte order mark. Throws Error (kInput) with `where` if it
-/// is not JSON, or if it is nested more deeply than any program writes: parsers and destructors
-/// recurse.
+/// is not JSON. Also throws if it is nested more deeply than any program writes, because parsers
+/// and destructors recurse.
 nlohmann::json parseJson(std::string_view text, const std::string& where);
 /// Like parseJson(), keeping the order of object members.
 nlohmann::ordered_json parseOrderedJson(std::string_view text, const std::string& where);
 
-/// Like the functions above, but return null instead of throwing, for optional data that may be
-/// damaged.
+/// Like the two functions above, but returns null instead of throwing. For optional data that may
+/// be damaged.
 nlohmann::json parseJsonOrNull(std::string_view text);
 nlohmann::ordered_json parseOrderedJsonOrNull(std::string_view text);
 
 /// Throws Error (kInput) with `where` if a text is nested deeper than parseJson() allows.
 void checkJsonDepth(std::string_view text, const std::string& where);
 
-/// Returns the text of a value, on one line or indented by `indentation` spaces. With `ascii`, all
-/// but ASCII characters are escaped. Never fails: bytes that are not UTF-8 become \xNN, so that
+/// Returns the text of a value, on one line or indented by `indentation` spaces. With `ascii`,
+/// escapes all non-ASCII characters. Never fails: bytes that are not UTF-8 become \xNN, so that
 /// different texts stay different.
 std::string dumpJson(const nlohmann::json& value, int indentation = -1, bool ascii = false);
 std::string dumpJson(const nlohmann::ordered_json& value, int indentation = -1, bool ascii = false);

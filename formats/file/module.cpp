@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Module locator: finds modules by a path relative to the running code, and opens them.
+// Module locator: searches for modules relative to the running code, and opens them.
 #include "formats/file/module.h"
 
 #include <dlfcn.h>
@@ -23,7 +23,7 @@ fs::path codeFolder() {
     Dl_info info{};
     void* extra = nullptr;
     if (dladdr1(reinterpret_cast<void*>(&codeFolder), &info, &extra, RTLD_DL_LINKMAP) != 0) {
-        // For the executable, dladdr1() gives no path, only the name by which it was called.
+        // For the executable, dladdr1() gives the name by which it was called instead of its path.
         const char* const library = static_cast<const link_map*>(extra)->l_name;
         if (library && *library != '\0') return fs::canonical(library, failure).parent_path();
     }
@@ -34,8 +34,8 @@ fs::path codeFolder() {
 
 fs::path moduleFile(const std::string& name) {
     const fs::path code = codeFolder();
-    // In order: a build folder, an unpacked archive or a Python package; an installed program; a
-    // library installed in the folder of its architecture.
+    // The first is that of a build folder, an unpacked archive or a Python package; the second, of
+    // an installed program; the third, of a library in the folder of its architecture.
     const std::array<fs::path, 3> folders = {code / PEELER_MODULES,
                                              code.parent_path() / PEELER_MODULES, code / "peeler"};
     for (const fs::path& folder : folders)

@@ -9,8 +9,8 @@ namespace peeler {
 
 namespace {
 
-// The maximum numbers of warnings and of bytes per sentence; limited because a hostile file could
-// cause one warning per byte.
+// The maximum number of warnings, and of bytes per sentence. Without these limits, a hostile file
+// could cause one warning per byte.
 constexpr std::size_t kMost = 100, kMostOfSentence = 1000;
 
 }  // namespace

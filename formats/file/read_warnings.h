@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Warnings about content of input files that peeler shows differently from what the file specifies.
+// Warnings about input files whose content peeler shows differently from what the file specifies.
 #pragma once
 
 #include <cstddef>
@@ -13,15 +13,15 @@
 namespace peeler {
 
 /// The warnings about one file, as sentences for the user: each once, and at most 100. With
-/// `strict`, the first one is thrown as an Error instead. Not thread-safe.
+/// `strict`, throws the first one as an Error instead. Not thread-safe.
 class ReadWarnings {
   public:
-    /// `file` is the place given for warnings that name no other.
+    /// Warnings without a place get the place `file`.
     ReadWarnings(bool strict, std::string file) : strict_(strict), file_(std::move(file)) {}
 
     bool strict() const { return strict_; }
 
-    /// Adds a whole sentence; names from the file may be included unescaped. If `strict`, throws
+    /// Adds a whole sentence; it may include names from the file, unescaped. If `strict`, throws
     /// Error (kInput) with the sentence and the place in the file (a line or a JSON pointer).
     void warn(const Text& sentence, const Text& where = {});
     /// Adds the sentence. If `strict`, throws `problem`, the Error that caused the warning,

@@ -11,8 +11,7 @@
 namespace peeler {
 namespace {
 
-/// Bytes that may be allowed between checks of the resident memory, since each check takes a
-/// moment.
+/// Bytes that may be allowed between checks of the resident memory. Each check takes time.
 constexpr std::uint64_t kUnseen = 1U << 20U;
 
 }  // namespace
@@ -26,7 +25,7 @@ ReadingMemory::ReadingMemory(MemoryBudget budget) : budget_(std::move(budget)) {
 
 void ReadingMemory::allow(std::uint64_t bytes, const std::string& where) {
     if (budget_ == 0 || (unseen_ += bytes) < kUnseen) return;
-    // Count the next kUnseen bytes already, since they may go unchecked.
+    // Include the next kUnseen bytes, since they may go unchecked.
     const std::uint64_t more = std::exchange(unseen_, 0) + kUnseen;
     checkReadingMemory(budget_, usedBytesWith(budget_, more), where);
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Memory limits for reading input: checked before each allocation whose size comes from the file.
+// Memory limits for reading input. They are checked before each allocation whose size comes from
+// the file.
 #pragma once
 
 #include <cstdint>
@@ -9,11 +10,11 @@
 
 namespace peeler {
 
-/// Throws Error (kMemory) with the place `where` if `needed`, the bytes of the whole process,
-/// exceeds the budget.
+/// Throws Error (kMemory) with the place `where` if `needed` bytes, of the whole process, exceed
+/// the budget.
 void checkReadingMemory(const MemoryBudget& budget, std::uint64_t needed, const std::string& where);
 
-/// Tracks the memory used for reading against a budget. Not thread-safe.
+/// A tracker of the memory used for reading, against a budget. Not thread-safe.
 class ReadingMemory {
   public:
     explicit ReadingMemory(MemoryBudget budget);
@@ -33,7 +34,7 @@ class ReadingMemory {
 /// A limit on the total bytes of one kind of data in a file, whatever memory is available.
 class SizeLimit {
   public:
-    /// `what` begins the message's sentence: "the geometry needs".
+    /// `what` begins the message, for example "the geometry needs".
     SizeLimit(const char* what, std::uint64_t most) : what_(what), most_(most) {}
 
     /// Throws Error (kInput) if `more` bytes would exceed the limit.

@@ -26,7 +26,7 @@ namespace {
                                  : "check the disk");
 }
 
-/// Whether the error means that nothing has this name. (No file has a name that is too long.)
+/// Whether the error means that no file has this name. (A name that is too long has no file.)
 bool meansNothing(int error) {
     return error == ENOENT || error == ENOTDIR || error == ENAMETOOLONG;
 }
@@ -46,9 +46,9 @@ std::optional<bool> look(const std::filesystem::path& path, Look how) {
 
 constexpr char kNoPipes[] = "pipes and devices are not read; copy the data to a file";
 
-/// Opens for reading. With O_NONBLOCK, open() does not wait for the writer of a pipe; anything but
-/// a regular file is then closed unread. For regular files the flag matters only while another
-/// program holds a lease (fcntl(2), F_SETLEASE), which the kernel soon revokes.
+/// Opens for reading. With O_NONBLOCK, open() does not wait for the writer of a pipe; the caller
+/// closes anything but a regular file without reading it. For regular files, the flag matters only
+/// while another program holds a lease (fcntl(2), F_SETLEASE), which the kernel soon revokes.
 int openToRead(const std::filesystem::path& path) {
     constexpr int kHow = O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY;
     constexpr int kMostWaits = 6000;  // a minute; /proc/sys/fs/lease-break-time is 45 s

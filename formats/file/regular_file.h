@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reading of regular files: existence checks, and reads of whole files up to a limit, or of parts.
-// All input is opened through these functions, so that peeler never waits for a pipe or reads
-// endlessly from a device (tests/doors_test.py checks this).
+// All input is opened by these functions, so that peeler never waits for a pipe or reads endlessly
+// from a device (tests/doors_test.py checks this).
 #pragma once
 
 #include <fcntl.h>
@@ -21,8 +21,8 @@
 
 namespace peeler {
 
-/// Opens /dev/null in place of each closed standard stream: otherwise the next file opened would
-/// get its number, and messages of libraries would go into that file. Standard input is opened for
+/// Opens /dev/null for each closed standard stream. Otherwise the next file opened would get the
+/// stream's number, and messages of libraries would go into that file. Standard input is opened for
 /// writing and the others for reading, so that using them stays an error (EBADF). Every program
 /// calls this function first.
 inline void openStandardStreams() {
@@ -33,9 +33,9 @@ inline void openStandardStreams() {
     }
 }
 
-/// Moves a descriptor off the numbers 0 to 2, which it may have got because the library's host
-/// closed its standard streams. Returns any other descriptor unchanged, and −1 if given −1 or if no
-/// other number is free (see errno).
+/// Moves a descriptor away from the numbers 0 to 2, which it may have if a host program closed its
+/// standard streams. Returns any other descriptor unchanged, and −1 if given −1 or if no other
+/// number is free (see errno).
 inline int besideStandardStreams(int descriptor) {
     if (descriptor < 0 || descriptor > STDERR_FILENO) return descriptor;
     const int moved = fcntl(descriptor, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
@@ -45,19 +45,19 @@ inline int besideStandardStreams(int descriptor) {
     return moved;
 }
 
-/// Opens like open(2), retrying if a signal interrupts it, which can happen on network file
-/// systems; then applies besideStandardStreams().
+/// Opens like open(2), then applies besideStandardStreams(). Retries if a signal interrupts
+/// open(2), which can happen on network file systems.
 int openFile(const char* path, int flags, mode_t mode = 0);
 
 /// Whether a file or folder exists, through symbolic links. Throws Error of `kind` if that cannot
-/// be determined (missing permission, circular links, a broken disk), because an existing file must
-/// not be replaced or skipped as if it were missing.
+/// be determined (missing permission, circular links, a broken disk); returning false would let the
+/// caller replace or skip an existing file.
 bool fileExists(const std::filesystem::path& path, ErrorKind kind = ErrorKind::kInput);
 /// Whether a name is taken, even by a dangling link. Throws Error (kOutput) if that cannot be
 /// determined.
 bool isTaken(const std::filesystem::path& name);
-/// Whether fileExists() would return true; false where it would throw. For files that are searched
-/// for in several folders, or only reported.
+/// Whether a file or folder certainly exists: like fileExists(), but returns false instead of
+/// throwing. For files that are searched for in several folders, or only reported.
 bool isSeen(const std::filesystem::path& path);
 /// Returns the names of all entries in a folder, unordered; empty if there is no such folder.
 /// Throws Error (kOutput) if it cannot be listed.
@@ -72,8 +72,8 @@ std::vector<std::uint8_t> readRegularFile(const std::filesystem::path& path,
 std::string readRegularText(const std::filesystem::path& path,
                             std::uint64_t max_bytes = std::numeric_limits<std::uint64_t>::max());
 
-/// Throws the Error (kInput) that readRegularFile() throws for a file or folder that cannot be
-/// opened; `error` is a value of errno.
+/// Throws the same Error (kInput) as readRegularFile() for a file or folder that cannot be opened.
+/// `error` is a value of errno.
 [[noreturn]] void failToOpen(const std::filesystem::path& path, int error);
 
 /// A regular file open for reading, independent of later changes to its name.
@@ -92,7 +92,7 @@ class RegularFile {
     int descriptor() const { return descriptor_; }  ///< −1 if the file is not open
     std::uint64_t size() const { return static_cast<std::uint64_t>(status_.st_size); }
 
-    /// Properties of a file that differ once it has been replaced or changed.
+    /// Properties of a file that differ if it has been replaced or changed.
     struct Identity {
         dev_t device = 0;
         ino_t inode = 0;
@@ -102,7 +102,7 @@ class RegularFile {
     };
     Identity identity() const;
 
-    /// Fills `bytes` from offset `at`. Returns false unless all of them can be read.
+    /// Fills `bytes` from offset `at`. Returns false if the file ends too early or cannot be read.
     bool read(std::uint64_t at, std::span<char> bytes) const;
     /// Reads into `bytes` from offset `at`, up to the end of the file. Returns the number of bytes
     /// read. Throws Error (kInput) if the file cannot be read.

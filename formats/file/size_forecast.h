@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Forecasts of a file's size before anything is written, and the free disk space.
+// Forecasts of file sizes before anything is written, and the free disk space.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +21,7 @@ struct SizeForecast {
     std::uint64_t bytes = 0;
     Certainty certainty = Certainty::kExact;
 
-    /// Adds another forecast; the sum is as certain as the less certain of the two.
+    /// Adds another forecast. The sum has the lower certainty of the two.
     SizeForecast& operator+=(const SizeForecast& other) {
         bytes += other.bytes;
         if (other.certainty > certainty) certainty = other.certainty;
@@ -35,15 +35,15 @@ struct DiskSpace {
     std::uint64_t free = 0;    ///< bytes available to this user (f_bavail of statvfs)
 };
 
-/// Returns the disk that will hold `file`: that of the nearest existing folder above it, with
-/// symbolic links followed. Returns nothing if the system cannot provide it.
+/// Returns the disk that will hold `file`: the disk of the nearest existing folder above it, with
+/// symbolic links followed. Returns nothing if the system cannot tell.
 std::optional<DiskSpace> diskSpaceOf(const std::filesystem::path& file);
 
 /// Returns the maximum size, in bytes, of the header of an OpenEXR part that stores the names
 /// `ids`.
 std::uint64_t exrHeaderBytes(const IdNames& ids);
-/// The maximum bytes per chunk besides its pixels: offset table entry, part and row numbers, and
-/// sizes. Deep chunks need the most.
+/// The maximum bytes per chunk in addition to its pixels: offset table entry, part and row numbers,
+/// and sizes. Deep chunks need the most.
 inline constexpr std::uint64_t kExrChunkBytes = 64;
 
 }  // namespace peeler

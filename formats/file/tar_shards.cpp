@@ -19,7 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::uint64_t kTarBlock = 512, kTarEnd = 2 * kTarBlock;
-// The largest size that 11 octal digits hold.
+// The largest size that fits into 11 octal digits.
 constexpr std::uint64_t kMostTarBytes = (std::uint64_t{1} << 33) - 1;
 constexpr std::size_t kMostAbout = std::size_t{1} << 20;
 constexpr std::string_view kAbout = "json";
@@ -60,7 +60,7 @@ std::optional<std::uint64_t> octalOf(std::string_view text) {
     return text.empty() ? std::optional<std::uint64_t>() : value;
 }
 
-/// Returns the sum of all bytes, with the checksum field counted as spaces.
+/// Returns the sum of all bytes of the block, with the checksum field counted as spaces.
 std::uint64_t checksumOf(const TarBlock& block) {
     std::uint64_t sum = kTarChecksum.size * ' ';
     for (std::size_t i = 0; i < block.size(); ++i)
@@ -81,7 +81,7 @@ TarBlock headerOf(const std::string& name, std::uint64_t size, std::time_t date)
     std::ranges::copy(kUstar, block.begin() + kTarMagic.at);
     putOctal(block, kTarMajor, 0);
     putOctal(block, kTarMinor, 0);
-    // Six digits, a zero and a space, as all tar programs write them.
+    // The field has six digits, a zero and a space, as all tar programs write it.
     putOctal(block, {kTarChecksum.at, kTarChecksum.size - 1}, checksumOf(block));
     block[kTarChecksum.at + kTarChecksum.size - 1] = ' ';
     return block;
@@ -92,7 +92,7 @@ struct TarMember {
     std::uint64_t size = 0;
 };
 
-/// Returns the member described by a header of headerOf(); nothing for any other block.
+/// Returns the member that a header of headerOf() describes; nothing for any other block.
 std::optional<TarMember> memberOf(const TarBlock& block) {
     const std::string_view field = fieldText(block, kTarName);
     const std::string_view name = field.substr(0, field.find('\0'));
@@ -106,7 +106,8 @@ std::optional<TarMember> memberOf(const TarBlock& block) {
     return TarMember{std::string(name.substr(0, dot)), std::string(name.substr(dot + 1)), *size};
 }
 
-/// Returns the bytes that a member of this size takes, with its header and padded to a whole block.
+/// Returns the bytes that a member of this size takes in the tar file: the header, and the data
+/// padded to a whole block.
 std::uint64_t tarBytes(std::uint64_t size) {
     return kTarBlock + (size + kTarBlock - 1) / kTarBlock * kTarBlock;
 }
@@ -132,8 +133,8 @@ std::time_t tarDate() {
     return static_cast<std::time_t>(seconds);
 }
 
-/// Appends a part of one file to another. Returns false if the file ends before the part does.
-/// Throws Error (kInput) if it cannot be read.
+/// Appends a part of one file to another. Returns false if `from` ends before `end`. Throws Error
+/// (kInput) if `from` cannot be read.
 bool appendPart(const RegularFile& from, std::uint64_t begin, std::uint64_t end, AtomicFile& to) {
     std::vector<char> bytes(std::min<std::uint64_t>(end - begin, std::uint64_t{1} << 20));
     while (begin < end) {
@@ -154,9 +155,9 @@ struct TarShards::OldShard {
     RegularFile::Identity identity{};
     std::uint64_t samples = 0;
     std::uint64_t size = 0;               ///< bytes of its samples
-    std::uint64_t left = 0;               ///< number of samples not kept yet
+    std::uint64_t left = 0;               ///< number of samples that have not been kept
     std::unique_ptr<RegularFile> file{};  ///< null while it is closed
-    /// A new shard has taken its name, so it exists only while open.
+    /// Whether a new shard has taken its name. The old file then exists only while it is open.
     bool replaced = false;
 };
 
@@ -193,7 +194,8 @@ std::vector<std::string> TarShards::findExisting() {
     return bad;
 }
 
-/// Reads the samples of a shard. Returns null if it is incomplete, or not in the layout of add().
+/// Reads the samples of a shard. Returns null if the shard is incomplete or has a layout other than
+/// that of add().
 std::unique_ptr<TarShards::OldShard> TarShards::read(
     const std::string& path, std::vector<std::pair<std::string, OldSample>>& samples) {
     const RegularFile file(path);
@@ -207,7 +209,7 @@ std::unique_ptr<TarShards::OldShard> TarShards::read(
         if (!file.read(at, block)) return {};
         const std::optional<TarMember> member = memberOf(block);
         if (!member || (!key.empty() && member->key != key)) return {};
-        // No overflow: sizes have at most 36 bits.
+        // This cannot overflow, because sizes have at most 36 bits.
         const std::uint64_t next = at + tarBytes(member->size);
         if (next > end) return {};
         key = member->key;
@@ -277,7 +279,7 @@ TarShards::Stored TarShards::keep(const std::string& key) {
     ++count_;
     size_ += sample.end - sample.begin;
     if (--sample.shard->left == 0 && sample.shard->replaced) close(*sample.shard);
-    samples_.erase(key);  // because a key may be stored only once
+    samples_.erase(key);  // a key may be stored only once
     return stored;
 }
 
@@ -291,7 +293,7 @@ TarShards::Stored TarShards::add(const std::string& key, const nlohmann::ordered
         std::string name;
         RegularFile file;
     };
-    std::deque<Input> inputs;  // a deque, because growing must not move its elements
+    std::deque<Input> inputs;  // a deque, because its elements must not move
     Stored stored;
     std::uint64_t bytes = tarBytes(text.size());
     const std::string about_name = key + '.' + std::string(kAbout);
@@ -347,7 +349,7 @@ void TarShards::append(const std::string& name, std::uint64_t size) {
     file_->append(std::as_bytes(std::span(header)));
 }
 
-/// Begins the current shard's file, with its samples so far.
+/// Begins the current shard's file, and copies the samples so far into it.
 void TarShards::startFile() {
     const std::string name = nameOf(number_);
     if (!settings_.replaces && isTaken(name))
@@ -361,11 +363,10 @@ void TarShards::endShard(bool all) {
     OldShard* const old = oldShard();
     if (!file_ && old && old->size != size_ && (all || count_ >= old->samples)) startFile();
     if (file_ && (all || !old || count_ >= old->samples)) {
-        broken_ = true;  // stays set if the following throws
+        broken_ = true;  // stays true if the code below throws
         constexpr std::array<std::byte, kTarEnd> kZeros{};
         file_->append(kZeros);
-        // If some samples of the old shard may still be kept in later ones, open it before it is
-        // replaced.
+        // Open the old shard before it is replaced if later shards may keep some of its samples.
         if (old && old->left > 0) opened(*old);
         file_->commit();
         broken_ = false;
@@ -392,7 +393,7 @@ std::string TarShards::surplus() const {
     try {
         there = framesThere(pattern_);
     } catch (const Error&) {
-        return "";  // everything has been written, and the surplus shard would only be reported
+        return "";  // all shards are written; the surplus would only be reported
     }
     std::erase_if(there, [&](int number) { return number < number_; });
     return there.empty() ? "" : nameOf(there.front());
@@ -406,7 +407,7 @@ void TarShards::copy(OldShard& from, std::uint64_t begin, std::uint64_t end) {
     broken_ = false;
 }
 
-/// Returns the shard's open file, first opening it if needed. Only a few shards are open at once.
+/// Returns the shard's open file; opens it if needed. Only a few shards are open at a time.
 RegularFile& TarShards::opened(OldShard& shard) {
     if (shard.file) return *shard.file;
     constexpr std::size_t kMostOpen = 16;

@@ -24,7 +24,7 @@ class RegularFile;
 /// The limits of a shard.
 struct ShardSettings {
     std::uint64_t samples = 100'000;  ///< maximum number of samples per shard
-    /// Maximum size of the shard's file, in bytes; a single larger sample gets a shard of its own.
+    /// Maximum size of the shard's file, in bytes. A larger sample gets a shard of its own.
     std::uint64_t bytes = 3'000'000'000;
     /// Whether an existing shard may be replaced.
     bool replaces = true;
@@ -36,40 +36,39 @@ struct SampleFile {
     std::filesystem::path file;
 };
 
-/// A writer of samples into shards, which are created in order and published when they are full, or
-/// at the end. A sample consists of the members KEY.png, …, all with the same key. The last is
-/// KEY.json: its metadata, with the hash of its inputs.
+/// A writer of samples into shards. Shards are created in order; each is published when it is full,
+/// the last one at the end. A sample consists of the members KEY.png, …, all with the same key. Its
+/// last member is KEY.json: its metadata, with the hash of its inputs.
 ///
 /// The format is ustar (IEEE Std 1003.1-2017, pax, "ustar Interchange Format"): regular files of
-/// mode 0644, owner and group 0 without names, dated by SOURCE_DATE_EPOCH, else 0; the file ends
-/// with two blocks of zeros. Hence the same samples produce the same bytes.
+/// mode 0644, owner and group 0 without names, dated by SOURCE_DATE_EPOCH, else 0. The file ends
+/// with two blocks of zeros. The same samples produce the same bytes.
 ///
-/// Samples from earlier runs may be kept. They are copied, but a shard is not touched if all its
-/// samples are kept in order. Existing shards are not trusted: those that are incomplete or have a
+/// Samples from earlier runs may be kept. They are copied, but a shard whose samples are all kept
+/// in order is not touched. Existing shards are not trusted: incomplete shards and shards with a
 /// different layout are ignored.
 class TarShards {
   public:
-    /// framePath() makes a shard's name from `pattern` and its number (from 0). Writes nothing.
-    /// Throws Error (kUsage) if SOURCE_DATE_EPOCH is not a valid date for a member.
+    /// The name of a shard is framePath() of `pattern` and the shard's number (from 0). Writes
+    /// nothing. Throws Error (kUsage) if SOURCE_DATE_EPOCH is not a valid date for a member.
     explicit TarShards(std::string pattern, const ShardSettings& settings = {});
     ~TarShards();
     TarShards(const TarShards&) = delete;
     TarShards& operator=(const TarShards&) = delete;
 
     struct Stored {
-        std::string shard;        ///< the shard's file, which exists only once it is complete
+        std::string shard;        ///< the shard's file; it does not exist before it is complete
         std::uint64_t bytes = 0;  ///< bytes of the sample's files, without KEY.json
     };
 
-    /// Scans the existing shards; must be called first. Returns the names of those that are
-    /// ignored.
+    /// Scans the existing shards; must be called first. Returns the names of ignored shards.
     std::vector<std::string> findExisting();
     /// Whether an earlier run stored a sample with this key (and, if given, this hash).
     bool contains(const std::string& key) const;
     bool contains(const std::string& key, std::string_view hash) const;
 
     /// Appends a sample from an earlier run; contains(key) must be true. Throws Error (kOutput),
-    /// and (kInput) if its shard has changed since it was scanned.
+    /// and (kInput) if the sample's shard has changed since findExisting().
     Stored keep(const std::string& key);
     /// Appends a new sample. `about` has the hash of its inputs as "outputHash". Throws Error
     /// (kOutput), also for a name longer than 100 bytes or a file of 8 GiB or more; (kUsage) if the
@@ -78,15 +77,16 @@ class TarShards {
     Stored add(const std::string& key, const nlohmann::ordered_json& about,
                std::span<const SampleFile> files);
 
-    /// Ends the last shard. If the run failed before writing all samples (`all` is false),
-    /// publishes it only if it has at least as many samples as the shard it would replace.
+    /// Ends the last shard. If `all` is false (the run failed before it wrote all samples),
+    /// publishes the shard only if it has at least as many samples as the shard that it would
+    /// replace.
     void finish(bool all = true);
-    /// Returns the first shard of an earlier run that comes after the last new one; "" if there is
-    /// none.
+    /// Returns the first shard of an earlier run with a number after the last new shard; "" if
+    /// there is none.
     std::string surplus() const;
 
-    /// Returns the name of a shard. Throws Error (kUsage) if it would be the same as the first
-    /// shard's.
+    /// Returns the name of a shard. Throws Error (kUsage) if the pattern gives it the name of the
+    /// first shard.
     std::string nameOf(int number) const;
 
   private:
@@ -116,11 +116,11 @@ class TarShards {
 
     std::unordered_map<int, std::unique_ptr<OldShard>> old_;  ///< indexed by number
     std::unordered_map<std::string, OldSample> samples_;      ///< indexed by key
-    /// Shards whose files are open: a few, the most recently used last.
+    /// Shards whose files are open: a few, in order of last use.
     std::deque<OldShard*> open_;
 
-    // The current shard. It has no file of its own as long as it consists of kept samples, in the
-    // order in which the old shard begins.
+    // The current shard. It has no file as long as it consists of kept samples in the same order as
+    // at the beginning of the old shard.
     int number_ = 0;
     std::uint64_t count_ = 0, size_ = 0;  ///< number of samples, and their bytes with headers
     std::unique_ptr<AtomicFile> file_;

@@ -36,7 +36,7 @@ struct Slot {
     char path[PATH_MAX]{};
 };
 static_assert(std::atomic<int>::is_always_lock_free);
-constexpr std::size_t kSlots = 1024;       // plenty, since layers may have one file each
+constexpr std::size_t kSlots = 1024;       // enough, even if each layer has its own file
 constinit std::array<Slot, kSlots> slots;  // 4 MiB of address space, not committed before use
 
 constexpr std::string_view kMark = ".peeler-", kTemporary = ".tmp", kScratchBase = "samples";
@@ -54,8 +54,9 @@ const std::string& hostName() {
     return name;
 }
 
-/// Whether the process that created a hidden file or folder has ended, which releases its lock.
-/// Locks of other machines may be invisible here, so their files must also be at least a day old.
+/// Whether a hidden file or folder is a leftover: its process has ended, which released its lock.
+/// Locks of other machines may be invisible here, so files of other machines must also be at least
+/// a day old.
 bool isLeftover(int descriptor, std::string_view name) {
     if (flock(descriptor, LOCK_EX | LOCK_NB) != 0) return false;
     if (name.find(std::string(kMark) + hostName() + '-') != std::string_view::npos) return true;
@@ -64,7 +65,7 @@ bool isLeftover(int descriptor, std::string_view name) {
     return fstat(descriptor, &status) == 0 && status.st_mtime < std::time(nullptr) - kDay;
 }
 
-/// Removes the files in an open folder; async-signal-safe, which opendir() is not.
+/// Removes the files in an open folder. Async-signal-safe, unlike opendir().
 void emptyFolder(int folder) noexcept {
     // Filled by getdents64(2), whose linux_dirent64 has the layout of glibc's dirent64.
     alignas(dirent64) char entries[4096];
@@ -96,7 +97,7 @@ void removeFolder(const char* path) noexcept {
 
 std::string hiddenName(std::string_view base) {
     static std::atomic<unsigned> counter{0};
-    // Keeps the name below the usual limit of 255 bytes, however long the base is.
+    // 150 characters of the base keep the name below the usual limit of 255 bytes.
     std::string name = ".";
     name.append(base.substr(0, 150)).append(kMark).append(hostName());
     name += '-' + std::to_string(getpid()) + '-' + std::to_string(counter++);
@@ -176,7 +177,7 @@ ScratchFolder::ScratchFolder(const fs::path& parent) {
         if (made) descriptor_ = openFile(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
         const int cause = errno;
         const bool is_open = descriptor_ >= 0;
-        // A process that is removing leftovers may have removed the folder before it was locked.
+        // Another process that removes leftovers may have removed the folder before it was locked.
         struct stat opened {
         }, there{};
         if (is_open && lockHidden(descriptor_) && fstat(descriptor_, &opened) == 0 &&
@@ -191,7 +192,7 @@ ScratchFolder::ScratchFolder(const fs::path& parent) {
 }
 
 ScratchFolder::~ScratchFolder() {
-    emptyFolder(descriptor_);  // uses the open descriptor, since opening another one may fail
+    emptyFolder(descriptor_);  // uses the open descriptor, since opening the folder may fail
     rmdir(path_.c_str());
     close(descriptor_);
     forgetTemporary(place_);

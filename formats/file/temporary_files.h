@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Hidden temporary files and folders: names, locks, removal when a signal terminates the process,
-// and removal of those that killed processes left.
+// and removal of leftovers of killed processes.
 #pragma once
 
 #include <filesystem>
@@ -9,23 +9,23 @@
 
 namespace peeler {
 
-/// Returns ".BASE.peeler-<host>-<pid>-<n>.tmp", unique per call; a long `base` is cut off.
+/// Returns ".BASE.peeler-<host>-<pid>-<n>.tmp", unique per call. A long `base` is truncated.
 std::string hiddenName(std::string_view base);
 
-/// Removes the hidden files and scratch folders that killed processes left in a folder; only the
-/// first call per folder does anything. Locked ones are in use and stay. Those of other machines
+/// Removes the hidden files and scratch folders that killed processes left in a folder. Only the
+/// first call per folder does anything. Locked files are in use and stay. Files of other machines
 /// stay until they are a day old, since locks may not reach across machines (NFS).
 void removeLeftovers(const std::string& folder);
 
-/// Locks an open file or folder until it is closed, however the process ends. Returns false if
-/// another process has locked it. Returns true if locks are not supported, because then nothing
-/// removes leftovers, either.
+/// Locks an open file or folder until it is closed or the process ends. Returns false if another
+/// process has locked it. Returns true if locks are not supported; then no process removes
+/// leftovers.
 bool lockHidden(int descriptor);
 
 enum class HiddenKind : int { kFile, kFolder };
 
-/// Registers a path for removeTemporaryFiles(). Returns the index of its slot; −1 if none is free
-/// or the path is too long.
+/// Registers a path for removeTemporaryFiles(). Returns the index of its slot; −1 if no slot is
+/// free or the path is too long.
 int noteTemporary(const std::string& path, HiddenKind kind = HiddenKind::kFile);
 /// Unregisters the path in this slot.
 void forgetTemporary(int place) noexcept;

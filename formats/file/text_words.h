@@ -29,8 +29,8 @@ inline std::string_view takeWord(std::string_view& text) {
     return word;
 }
 
-/// Removes the next line from the text and returns it without its line end: LF or CR LF. The last
-/// line may lack it.
+/// Removes the next line from the text. Returns it without its line end (LF or CR LF), which the
+/// last line may lack.
 inline std::string_view takeLine(std::string_view& text) {
     const std::size_t end = std::min(text.find('\n'), text.size());
     std::string_view line = text.substr(0, end);
@@ -56,9 +56,9 @@ inline std::string lowerCase(std::string_view text) {
     return result;
 }
 
-/// Returns the value of a decimal number, the same in any locale; accepts "inf" and "nan".
-/// Floating-point underflow gives 0. Returns nothing if the word is not a number, or if it is too
-/// large for T.
+/// Returns the value of a decimal number, the same in any locale. Accepts "inf" and "nan".
+/// Floating-point underflow gives 0. Returns nothing if the word is not a number, or if the number
+/// is too large for T.
 template <class T>
 std::optional<T> numberIn(std::string_view word) {
     if (word.starts_with('+')) word.remove_prefix(1);

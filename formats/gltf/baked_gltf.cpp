@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Adds baked vertex attributes and occlusion textures to the JSON of a glTF file.
+// Baked vertex attributes and occlusion textures in the JSON of a glTF file.
 #include "formats/gltf/baked_gltf.h"
 
 #include <cstring>
@@ -17,7 +17,7 @@ using nlohmann::ordered_json;
 constexpr const char* kDraco = "KHR_draco_mesh_compression";
 constexpr int kColorComponent = 5123, kValueComponent = 5126;  // unsigned short, float
 
-/// Returns values for all vertices of the file's primitive, with 0 for those that the scene did not
+/// Returns values for all vertices of the file's primitive; 0 for vertices that the scene does not
 /// keep.
 template <class T>
 std::vector<std::uint8_t> bytesOfAll(const std::vector<T>& values, std::size_t a_vertex,
@@ -39,7 +39,7 @@ class VertexValues {
     }
 
     void add() {
-        // The nodes that show each mesh, whether they have values or not.
+        // The nodes that show each mesh, with or without values.
         std::map<std::size_t, std::vector<std::size_t>> nodes_of;
         const ordered_json& nodes = package_.gltf().at("nodes");
         for (std::size_t i = 0; i < nodes.size(); ++i)
@@ -50,7 +50,7 @@ class VertexValues {
     }
 
   private:
-    /// Values of a mesh, by primitive, as one node shows it.
+    /// A mesh's values, by primitive, for one node.
     using Values = std::vector<const BakedPrimitive*>;
 
     const Values& valuesOf(std::size_t node) const {
@@ -65,8 +65,8 @@ class VertexValues {
                           [](const auto* one, const auto* other) { return *one == *other; });
     }
 
-    /// Assigns each node its version of the mesh. Nodes without values keep the mesh itself. If
-    /// every node has values, the nodes with the first version of them do.
+    /// Assigns a version of the mesh to each node. Nodes without values keep the mesh itself. If
+    /// every node has values, the nodes with the first version of the values keep it.
     void share(std::size_t mesh, const std::vector<std::size_t>& users) {
         struct Version {
             const Values* values;
@@ -115,8 +115,8 @@ class VertexValues {
                    values.source.vertices);
     }
 
-    /// Removes colour displacements from morph targets, since the new colours are those of the
-    /// baked pose.
+    /// Sets the colour displacements of morph targets to zero, since the new colours are those of
+    /// the baked pose.
     void stopColors(ordered_json& primitive, std::size_t vertices) {
         const auto targets = primitive.find("targets");
         if (targets == primitive.end()) return;
@@ -130,12 +130,12 @@ class VertexValues {
     }
 
     /// Corrects the counts of accessors. All attributes of a primitive must have the same count,
-    /// but encoders do not always declare the decoded number of vertices (Khronos' own
+    /// but encoders sometimes declare a number of vertices other than the decoded one (Khronos' own
     /// 2CylinderEngine).
     void correctCounts(const ordered_json& primitive, std::size_t vertices) {
         for (const auto& [name, id] : primitive["extensions"][kDraco]["attributes"].items()) {
             const auto attribute = primitive["attributes"].find(name);
-            // Readers ignore such an attribute.
+            // Readers ignore attributes that only the extension lists.
             if (attribute == primitive["attributes"].end()) continue;
             ordered_json& accessor = package_.gltf()["accessors"].at(attribute->get<std::size_t>());
             if (!accessor.contains("bufferView")) accessor["count"] = vertices;
@@ -188,8 +188,8 @@ std::set<std::size_t> materialsWithout(ordered_json& gltf, const std::string& at
     return materials;
 }
 
-/// Applies a change to the JSON. If an object that values were baked for is missing, throws an
-/// Error, because the file has changed since it was read.
+/// Applies a change to the JSON. Throws Error (kInput) if an object for which values were baked is
+/// missing, because the file has changed since it was read.
 template <class Change>
 void changing(const Change& change) {
     try {
@@ -274,7 +274,7 @@ void addOcclusionTextures(GlbWriter& package, int uv_set, std::vector<BakedTextu
             forEachPrimitive(gltf, [&](ordered_json& primitive) {
                 if (!primitive.at("attributes").contains(uvs)) return;
                 if (fallback) {
-                    primitive.emplace("material", fresh);  // unless it has a material
+                    primitive.emplace("material", fresh);  // keeps an existing material
                     return;
                 }
                 forEachMaterial(primitive, [&](ordered_json& index) {

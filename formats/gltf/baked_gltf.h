@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stores baked vertex attributes and occlusion textures in a glTF file.
+// Writers of baked vertex attributes and occlusion textures into a glTF file.
 #pragma once
 
 #include <cstdint>
@@ -14,12 +14,12 @@
 namespace peeler {
 
 /// The values baked for a primitive as one node shows it, per vertex of the Scene
-/// (Primitive::source leads to the file's vertices).
+/// (Primitive::source gives the file's vertices).
 struct BakedPrimitive {
     int node = 0;
     PrimitiveSource source{};
     std::vector<glm::u16vec4> colors{};  ///< COLOR_0, normalised
-    /// Per vertex 1 or 3 values, the same number in all primitives.
+    /// 1 or 3 values per vertex, the same number in all primitives.
     std::vector<float> values{};
     bool operator==(const BakedPrimitive& other) const {
         return source.primitive == other.source.primitive && colors == other.colors &&
@@ -29,11 +29,11 @@ struct BakedPrimitive {
 
 /// Adds to each primitive its COLOR_0, replacing any existing one, and its values as `attribute`,
 /// an application-specific name (glTF 2.0 §3.7.2.1: "_AO"). If nodes show the same mesh with
-/// different values, each gets its own copy of the mesh, which shares all other accessors; nodes
-/// without values keep the original mesh. In Draco-compressed primitives
+/// different values, each gets its own copy of the mesh. The copies share all other accessors;
+/// nodes without values keep the original mesh. In Draco-compressed primitives
 /// (KHR_draco_mesh_compression allows additional uncompressed attributes), the new attributes
 /// follow the order of the decoded vertices, and a compressed COLOR_0 is removed from the
-/// extension. Throws Error (kInput) if the file is not the one that the values were baked for.
+/// extension. Throws Error (kInput) if the values were baked for another file.
 void addVertexValues(GlbWriter& package, const std::string& attribute,
                      const std::vector<BakedPrimitive>& primitives);
 
@@ -41,11 +41,11 @@ void addVertexValues(GlbWriter& package, const std::string& attribute,
 /// COLOR_0 alone.
 void showVertexColorsAlone(GlbWriter& package);
 
-/// Sets the default scene, which is the one that viewers show.
+/// Sets the default scene, which viewers show.
 void setDefaultScene(GlbWriter& package, int scene);
 
 /// Gives every primitive its material in a variant (KHR_materials_variants), so that viewers
-/// without the extension show that variant, too.
+/// without the extension also show the variant.
 void setVariant(GlbWriter& package, std::size_t variant);
 
 struct BakedTexture {
@@ -55,8 +55,8 @@ struct BakedTexture {
 
 /// Sets occlusionTexture in these materials, replacing any existing one. Primitives without a
 /// material get a copy of the default material with the texture. A texture needs its TEXCOORD_n
-/// (glTF 2.0 §3.9.2), so primitives without this UV set keep their material as it was; if only some
-/// primitives of a material have the UV set, those get a copy of it with the texture.
+/// (glTF 2.0 §3.9.2), so primitives without this UV set keep their material unchanged. If only some
+/// primitives of a material have the UV set, they get a copy of the material with the texture.
 void addOcclusionTextures(GlbWriter& package, int uv_set, std::vector<BakedTexture> textures);
 
 }  // namespace peeler

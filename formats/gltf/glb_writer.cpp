@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Merges buffers and images into one binary chunk.
+// Merging of buffers and images into one binary chunk.
 #include "formats/gltf/glb_writer.h"
 
 #include <array>
@@ -24,7 +24,7 @@ using nlohmann::json;
 using nlohmann::ordered_json;
 
 constexpr std::uint64_t kMostContainerBytes = std::numeric_limits<std::uint32_t>::max();
-constexpr std::uint64_t kContainerAlignment = 4;  // required of chunks; no accessor needs more
+constexpr std::uint64_t kContainerAlignment = 4;  // alignment of chunks; no accessor needs more
 
 std::uint64_t padded(std::uint64_t bytes) {
     return (bytes + kContainerAlignment - 1) / kContainerAlignment * kContainerAlignment;
@@ -42,7 +42,7 @@ constexpr ImageMagic kImageMagic[] = {
     {0, "DDS ", "image/vnd-ms.dds"}, {4, "ftypavif", "image/avif"},
 };
 
-/// Returns the media type of an image; null for other formats.
+/// Returns the media type of an image; null for formats that glTF does not allow.
 const char* mimeTypeOf(std::span<const std::uint8_t> bytes) {
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     for (const ImageMagic& magic : kImageMagic)
@@ -95,8 +95,8 @@ std::uint64_t GlbWriter::memory(const std::filesystem::path& path, const GltfOpt
     const std::vector<std::uint8_t> bytes = readRegularFile(path, options.max_file_bytes);
     ReadWarnings given_by_read_gltf(false, {});
     const GltfContainer container = splitGltfContainer(bytes, path.string(), given_by_read_gltf);
-    // The JSON is in memory as text, as the checked tree and as the edited tree. Data URIs are
-    // decoded, four characters to three bytes.
+    // The JSON is in memory as text and as two trees, one checked and one edited. Decoding data
+    // URIs turns four characters into three bytes.
     std::uint64_t all = bytes.size() + 2 * parsedBytes(container.json);
     if (!container.binary) all += bytes.size() / 4 * 3;
     for (const std::filesystem::path& file : named) {
@@ -162,7 +162,7 @@ void GlbWriter::takeBuffers(const json& checked,
         }
     }
     ordered_json& buffers = json_["buffers"] = ordered_json::array();
-    buffers.push_back(std::move(merged));  // byteLength is set by write()
+    buffers.push_back(std::move(merged));  // write() sets byteLength
     for (ordered_json& placeholder : placeholders)
         buffers.push_back(std::move(placeholder));
     const auto views = json_.find("bufferViews");
@@ -176,7 +176,7 @@ void GlbWriter::takeBuffers(const json& checked,
     }
 }
 
-/// Points a reference to a buffer and an offset to the new position in the .glb.
+/// Updates a reference to a buffer, and its offset, to the new position in the .glb.
 void GlbWriter::relocate(ordered_json& place) const {
     const auto buffer = place["buffer"].get<std::size_t>();
     if (!starts_[buffer]) {
@@ -195,7 +195,7 @@ void GlbWriter::takeImages() {
         std::size_t view;
         const char* mime_type;
     };
-    // By file, so that a file that several images share is read once.
+    // Indexed by URI, so that an image file that is used several times is read once.
     std::map<std::string, Place> known;
     for (std::size_t i = 0; i < images->size(); ++i) {
         ordered_json& image = (*images)[i];

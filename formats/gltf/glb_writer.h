@@ -27,29 +27,29 @@ struct NewAccessor {
     std::size_t count = 0;
 };
 
-/// A glTF file to edit and save as .glb. Interprets no more than it has to, so extras, unknown
-/// extensions, compressed data and the order of members survive. All buffers are merged into one,
-/// followed only by placeholders for decompressed data, and images are embedded; indices of
-/// everything else stay valid.
+/// A glTF file to edit and save as .glb. It interprets as little as possible, so extras, unknown
+/// extensions, compressed data and the order of members are kept. All buffers are merged into one,
+/// followed only by placeholders for decompressed data, and images are embedded. All other indices
+/// stay valid.
 class GlbWriter {
   public:
     /// Reads the file and the files of its buffers and images, in the same sandbox as readGltf(),
-    /// which must have accepted the file before. Throws Error (kInput) like readGltf(), and Error
+    /// which must have accepted the file. Throws Error (kInput) like readGltf(), and Error
     /// (kOutput) if the result would exceed the 4 GiB limit of a .glb. An image that cannot be
     /// embedded stays external, with a warning.
     GlbWriter(const std::filesystem::path& path, const GltfOptions& options);
     /// Converts a scene that was read from `path`, a file of another format: its nodes, meshes and
-    /// materials, with all numbers unchanged. Leaves out textures, with a warning.
+    /// materials, with all numbers unchanged. Omits textures, with a warning.
     GlbWriter(const std::filesystem::path& path, const Scene& scene);
     GlbWriter(const GlbWriter&) = delete;
     GlbWriter& operator=(const GlbWriter&) = delete;
 
     /// Returns the peak memory, in bytes, that a GlbWriter of this glTF file needs before write(),
-    /// not counting anything added to it. `named` are the external files that the file refers to.
+    /// without the objects added to it. `named` are the external files to which the file refers.
     /// Reads the file. Throws like the constructor.
     static std::uint64_t memory(const std::filesystem::path& path, const GltfOptions& options,
                                 std::span<const std::filesystem::path> named);
-    /// Returns the same for a GlbWriter of a scene.
+    /// Returns the peak memory of a GlbWriter of a scene in the same way.
     static std::uint64_t memory(const Scene& scene);
 
     nlohmann::ordered_json& gltf() { return json_; }
@@ -62,8 +62,8 @@ class GlbWriter {
     std::size_t addImage(std::vector<std::uint8_t> bytes, const std::string& mime_type,
                          const std::string& name);
 
-    /// Writes the .glb (glTF 2.0 §4.4) atomically. Throws Error (kOutput) if that fails. Nothing
-    /// may be added afterwards.
+    /// Writes the .glb (glTF 2.0 §4.4) atomically. Throws Error (kOutput). Nothing may be added
+    /// afterwards.
     void write(const std::string& path);
 
   private:
@@ -81,10 +81,11 @@ class GlbWriter {
     GltfFolder folder_;
     nlohmann::ordered_json json_;
     std::deque<std::vector<std::uint8_t>> storage_;  ///< owns the bytes of the spans below
-    /// Parts of the binary chunk; each starts at a multiple of 4 bytes.
+    /// Parts of the binary chunk. Each part starts at a multiple of 4 bytes.
     std::vector<std::span<const std::uint8_t>> parts_;
-    std::uint64_t size_ = 0;  ///< size of all parts together, padded
-    /// For each source buffer, its offset in the binary chunk; nothing if it was not embedded.
+    std::uint64_t size_ = 0;  ///< size of all parts, with padding
+    /// For each source buffer, its offset in the binary chunk; nothing if the buffer is not
+    /// embedded.
     std::vector<std::optional<std::uint64_t>> starts_;
     std::vector<std::size_t> placeholders_;  ///< for each buffer without data, its new index
     std::vector<Text> warnings_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads accessor data with bounds checks, and converts it.
+// Bounds-checked reading and conversion of accessor data.
 #include "formats/gltf/gltf_accessor.h"
 
 #include <algorithm>
@@ -25,8 +25,8 @@ struct AccessorSource {
 
 namespace {
 
-// The maximum count of an accessor without a buffer view: the file's size does not limit it, since
-// such an accessor takes no bytes there.
+// The maximum count of an accessor without a buffer view. Such an accessor takes no bytes in the
+// file, so the file's size does not limit it.
 constexpr std::size_t kMaxUnbackedCount = std::size_t{1} << 24U;
 
 std::string accessorPointer(int accessor) {
@@ -38,7 +38,7 @@ std::size_t componentBytes(int type) {
         tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(type)));
 }
 
-/// Converts a normalised integer. The most negative integer becomes −1, too (glTF 2.0 §3.6.2.2).
+/// Converts a normalised integer. The most negative integer also becomes −1 (glTF 2.0 §3.6.2.2).
 template <typename Integer>
 float normalized(Integer value) {
     return std::max(
@@ -54,7 +54,8 @@ Out converted(In value, bool normalize) {
 
 constexpr std::size_t kNowhere = std::numeric_limits<std::size_t>::max();
 
-/// Copies elements. `target(i)` is the index in `out` for element i of the source, or kNowhere.
+/// Copies elements. `target(i)` is the index in `out` for element i of the source; elements with
+/// kNowhere are skipped.
 template <typename In, typename Out, typename Target>
 void copyNumbers(const AccessorSource& source, std::size_t count, Out* out, const Target& target) {
     for (std::size_t i = 0; i < count; ++i) {
@@ -106,7 +107,7 @@ std::span<const std::uint8_t> AccessorReader::bufferView(int buffer_view) const 
     const std::span<const std::uint8_t> buffer =
         document_.buffers[static_cast<std::size_t>(view.buffer)];
     if (buffer.empty()) failGltf("buffer " + std::to_string(view.buffer) + " has no data", where);
-    // Both are at most 2^53 (schema), so the sum cannot overflow.
+    // The sum cannot overflow, since both numbers are at most 2^53 (schema).
     if (view.byteOffset + view.byteLength > buffer.size())
         failGltf("the view ends at byte " + std::to_string(view.byteOffset + view.byteLength) +
                      ", but its buffer has " + std::to_string(buffer.size()),
@@ -151,8 +152,8 @@ AccessorReader::Elements AccessorReader::elements(int accessor) const {
                      std::to_string(accessor),
                  childPointer("/bufferViews", static_cast<std::size_t>(info.bufferView)) +
                      "/byteStride");
-    // §3.6.2.4. Nothing overflows, since counts and offsets are at most 2^53 and the stride at most
-    // 252.
+    // §3.6.2.4. This cannot overflow, since counts and offsets are at most 2^53 and the stride at
+    // most 252.
     const std::uint64_t end = info.byteOffset + result.stride * (info.count - 1) + element_bytes;
     if (end > view.size())
         failGltf("the accessor ends at byte " + std::to_string(end) + " of its buffer view, " +

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reader of glTF accessors that checks everything: ranges, strides, types, `normalized`, sparse
-// values.
+// Reader of glTF accessors, with checks of ranges, strides, types, `normalized` and sparse values.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +19,7 @@ struct ComponentFormat {
     bool operator==(const ComponentFormat&) const = default;
 };
 
-/// The format that an accessor must have for a certain use.
+/// The required format of an accessor for a certain use.
 struct AccessorFormat {
     std::initializer_list<int> components;  ///< number of components: {3, 4} for VEC3 or VEC4
     std::initializer_list<ComponentFormat> allowed;
@@ -28,7 +27,7 @@ struct AccessorFormat {
     const char* issue = "MESH_PRIMITIVE_ATTRIBUTES_ACCESSOR_INVALID_FORMAT";
 };
 
-/// The elements first … first + count − 1, all of which are within the accessor.
+/// The elements first … first + count − 1, which must be within the accessor.
 struct ElementRange {
     std::size_t first = 0, count = 0;
 };
@@ -37,16 +36,16 @@ class AccessorReader {
   public:
     explicit AccessorReader(GltfDocument& document) : document_(document) {}
 
-    /// Return the number of elements, and the number of components per element.
+    /// Return the number of elements, and the components per element.
     std::size_t count(int accessor) const;
     int components(int accessor) const;
 
-    /// Returns a range of elements as floats, element by element; normalised integers are converted
+    /// Returns a range of elements as floats, element by element. Normalised integers are converted
     /// (glTF 2.0 §3.6.2.2; KHR_mesh_quantization). If `normalized` of an integer accessor
     /// contradicts the allowed formats, uses the allowed value, with a warning. `use` is the JSON
-    /// pointer of the reference to the accessor, and the `where` of the error for a format that is
-    /// not allowed. Damage in the accessor itself is reported with the accessor's own pointer,
-    /// before any allocation.
+    /// pointer of the reference to the accessor. Throws Error (kInput): with `use` as `where` if
+    /// the format is not allowed, with the accessor's own pointer if the accessor is damaged.
+    /// Checks before any allocation.
     std::vector<float> floats(int accessor, const AccessorFormat& format, ElementRange range,
                               const std::string& use) const;
 
@@ -54,7 +53,7 @@ class AccessorReader {
     std::vector<float> matrices(int accessor, std::size_t count, const std::string& use) const;
 
     /// Returns the values of a SCALAR accessor of unsigned integers. Sets `max_value` to the
-    /// largest value that the component type can hold.
+    /// maximum of the component type.
     std::vector<std::uint32_t> indices(int accessor, const std::string& use,
                                        std::uint32_t& max_value) const;
 

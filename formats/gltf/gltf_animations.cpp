@@ -71,7 +71,7 @@ class AnimationReader {
   private:
     void readChannel(const json& channel, const std::string& where) {
         const json& target = channel["target"];
-        if (!target.contains("node")) return;  // §3.11: such a channel is ignored
+        if (!target.contains("node")) return;  // §3.11: channels without a node are ignored
         const auto node = target["node"].get<std::size_t>();
         const std::string path = target["path"].get<std::string>();
         const auto property = propertyNamed(path);
@@ -96,7 +96,7 @@ class AnimationReader {
             {keyframes(sampler, *property, width), static_cast<int>(node), *property});
     }
 
-    /// Returns how many components each value has.
+    /// Returns the number of components of a value.
     std::size_t widthOf(AnimatedProperty property, std::size_t node) const {
         if (property == AnimatedProperty::kRotation) return 4;
         if (property != AnimatedProperty::kWeights) return 3;
@@ -106,7 +106,7 @@ class AnimationReader {
         return primitives.empty() ? 0 : primitives.front().targets.size();
     }
 
-    /// Returns the index of the keyframes from a sampler, which are read once per property, since
+    /// Returns the index of the keyframes from a sampler. Reads them once per property, since
     /// channels may share a sampler even for different properties.
     std::size_t keyframes(std::size_t sampler, AnimatedProperty property, std::size_t width) {
         const auto [entry, fresh] =
@@ -124,7 +124,7 @@ class AnimationReader {
         const std::size_t times = accessors_.count(input), elements = accessors_.count(output);
         if (times == 0) failGltf("there are no keys", where + "/input");
         const std::uint64_t bytes =
-            (times + elements * 4) * sizeof(float);  // 4, since no value has more components
+            (times + elements * 4) * sizeof(float);  // an element has at most 4 components
         budget_.take(bytes, where);
         document_.memory.allow(bytes, where);
         result.times = accessors_.floats(input, kTime, {0, times}, where + "/input");
@@ -134,7 +134,7 @@ class AnimationReader {
                          where + "/input");
 
         const bool cubic = result.interpolation == Interpolation::kCubicSpline;
-        // Weights are stored as scalars: at each key, one per morph target.
+        // Weights are stored as scalars: one per key and morph target.
         const std::size_t a_key =
             (property == AnimatedProperty::kWeights ? width : 1) * (cubic ? 3 : 1);
         if (elements % a_key != 0 || elements / a_key != times)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checks rules of glTF 2.0 beyond types and indices: versions, extensions, the node forest,
+// Checks of glTF 2.0 rules beyond types and indices: versions, extensions, the node forest,
 // cameras.
 #include "formats/gltf/gltf_parts.h"
 
@@ -20,7 +20,7 @@ namespace {
 
 using nlohmann::json;
 
-// The maximum depth of nodes. Real scenes nest tens of levels, and a skeleton up to a hundred.
+// The maximum depth of nodes. Real scenes nest tens of levels, and skeletons up to a hundred.
 constexpr std::size_t kMaxNodeDepth = 10000;
 
 bool isVersion2(const json& version, bool only_2_0) {
@@ -29,7 +29,7 @@ bool isVersion2(const json& version, bool only_2_0) {
     return only_2_0 ? text == "2.0" : text == "2" || text.rfind("2.", 0) == 0;
 }
 
-/// Converts a version given as a number, 2.0, to a string.
+/// Converts a version given as a number, such as 2.0, to a string.
 void readVersionNumber(json& asset, const char* name, ReadWarnings& warnings) {
     const auto found = asset.find(name);
     if (found == asset.end() || !found->is_number()) return;
@@ -48,14 +48,14 @@ void readVersionNumber(json& asset, const char* name, ReadWarnings& warnings) {
     failGltf("the node is its own ancestor", childPointer("/nodes", first));
 }
 
-/// Returns the member of an object that is an array; an empty array if it is missing.
+/// Returns an array member of an object; an empty array if it is missing.
 const json& listOf(const json& object, const char* member) {
     static const json kNone = json::array();
     const auto found = object.find(member);
     return found == object.end() ? kNone : *found;
 }
 
-/// Returns the parent of each node; −1 if it has none.
+/// Returns the parent of each node; −1 for roots.
 std::vector<int> parentsOf(const json& nodes) {
     std::vector<int> parents(nodes.size(), -1);
     for (std::size_t i = 0; i < nodes.size(); ++i) {
@@ -75,9 +75,8 @@ std::vector<int> parentsOf(const json& nodes) {
 /// Checks that every chain of parents ends at a root and is not longer than allowed.
 void checkDepths(const std::vector<int>& parents) {
     const std::size_t count = parents.size();
-    // Each chain is walked only once: if the depth of a node is known, so are those of its
-    // ancestors.
-    std::vector<std::size_t> depths(count, 0);  // of each node; 1 for roots, 0 if unknown
+    // Walk each chain only once: stop at a node of known depth.
+    std::vector<std::size_t> depths(count, 0);  // of each node: 1 for roots, 0 if unknown
     std::vector<std::size_t> chain;
     for (std::size_t i = 0; i < count; ++i) {
         chain.clear();
@@ -98,10 +97,11 @@ void checkDepths(const std::vector<int>& parents) {
     }
 }
 
-/// The known answers of isMarked(): kMarked for the node itself, kBelow for one of its ancestors.
+/// The stored answers of isMarked(): kMarked if the node itself is marked, kBelow if one of its
+/// ancestors is, kFree if neither is.
 enum class Mark : std::uint8_t { kUnknown, kMarked, kBelow, kFree };
 
-/// Whether a node or one of its ancestors is marked. Stores the answer for all nodes on the way.
+/// Whether a node or one of its ancestors is marked. Stores the answer for all nodes on the path.
 bool isMarked(const std::vector<int>& parents, std::vector<Mark>& marks, std::size_t first) {
     const auto markOf = [&](int node) -> Mark& { return marks[static_cast<std::size_t>(node)]; };
     int node = static_cast<int>(first);
@@ -114,7 +114,8 @@ bool isMarked(const std::vector<int>& parents, std::vector<Mark>& marks, std::si
 }
 
 /// Checks the roots of the scene at `where`, and marks them in `shown`. A listed node that has a
-/// parent becomes a root, without the parent's transform, unless the scene already shows the node.
+/// parent becomes a root, without the parent's transform. Throws Error (kInput) if the scene also
+/// lists one of the node's ancestors.
 void readRoots(json& roots, const std::string& where, const std::vector<int>& parents,
                std::vector<Mark>& shown, ReadWarnings& warnings) {
     std::vector<Mark> listed(parents.size(), Mark::kUnknown);
@@ -146,7 +147,7 @@ void readRoots(json& roots, const std::string& where, const std::vector<int>& pa
     roots = std::move(once);
 }
 
-/// Detaches nodes that scenes list as roots from their parents, if no scene shows the parent.
+/// Detaches nodes that scenes list as roots from their parents, unless a scene shows the parent.
 void cutRoots(json& nodes, const std::vector<int>& parents, const std::vector<Mark>& listed) {
     std::vector<Mark> shown = listed;
     for (std::size_t i = 0; i < parents.size(); ++i) {
@@ -158,8 +159,8 @@ void cutRoots(json& nodes, const std::vector<int>& parents, const std::vector<Ma
     }
 }
 
-/// Collects the member names of all objects called "extensions", at any depth. Skips extras, which
-/// are not part of glTF.
+/// Collects the member names of all "extensions" objects, at any depth. Skips extras, which are not
+/// part of glTF.
 void addExtensions(const json& value, std::set<std::string>& names) {
     if (!value.is_structured()) return;
     for (const auto& [key, member] : value.items()) {
@@ -178,7 +179,7 @@ void checkGltfForest(json& gltf, ReadWarnings& warnings) {
     checkDepths(parents);
     const auto scenes = gltf.find("scenes");
     if (scenes == gltf.end()) return;
-    std::vector<Mark> listed(parents.size(), Mark::kUnknown);  // which nodes any scene lists
+    std::vector<Mark> listed(parents.size(), Mark::kUnknown);  // nodes that any scene lists
     for (std::size_t i = 0; i < scenes->size(); ++i) {
         const auto roots = (*scenes)[i].find("nodes");
         if (roots == (*scenes)[i].end()) continue;
@@ -232,8 +233,7 @@ void checkGltfCameras(const tinygltf::Model& model) {
                 failGltf("the vertical field of view must be below pi radians, but is " +
                              std::to_string(lens.yfov),
                          where + "/yfov", "glTF gives angles in radians");
-            // In tinygltf, 0 means that there is no far plane; the schema check has rejected an
-            // explicit 0.
+            // In tinygltf, 0 means no far plane; the schema check has rejected an explicit 0.
             if (lens.zfar != 0 && lens.zfar <= lens.znear)
                 failGltf("zfar must be greater than znear", where + "/zfar");
         } else {
@@ -264,7 +264,7 @@ void checkGltfVersion(json& gltf, const std::string& path, ReadWarnings& warning
 
 void checkRequiredExtensions(const json& gltf, const std::vector<std::string>& ignored) {
     const auto required = gltf.find("extensionsRequired");
-    // The schema check reports any other type.
+    // The schema check reports members of any other type.
     if (required == gltf.end() || !required->is_array()) return;
     for (std::size_t i = 0; i < required->size(); ++i) {
         if (!(*required)[i].is_string()) continue;

@@ -38,7 +38,7 @@ std::uint32_t littleEndian32(std::span<const std::uint8_t> bytes, std::size_t of
 
 constexpr char kSceneHint[] = "a scene is a .gltf or .glb file";
 
-/// Returns the text of a JSON object, without a byte order mark in front.
+/// Returns the text of a JSON object, without a leading byte order mark.
 std::string_view objectText(std::string_view text, const std::string& path) {
     if (text.substr(0, 3) == "\xEF\xBB\xBF") text.remove_prefix(3);
     const std::size_t begin = text.find_first_not_of(" \t\r\n");

@@ -23,17 +23,17 @@ struct GltfContainer {
 /// Whether the bytes begin with "glTF".
 bool isGlb(std::span<const std::uint8_t> bytes);
 
-/// Splits a .glb into its chunks; takes any other file as JSON. Throws Error (kInput) with `path`
-/// as `where` if the container is damaged or has an unknown version. Harmless irregularities become
-/// warnings.
+/// Splits a .glb into its chunks. Treats any other file as JSON. Throws Error (kInput) with `path`
+/// as `where` if the container is damaged or has an unknown version. Warns about harmless
+/// irregularities.
 GltfContainer splitGltfContainer(std::span<const std::uint8_t> bytes, const std::string& path,
                                  ReadWarnings& warnings);
 
 /// Parses the JSON of a glTF file, with or without a byte order mark. Throws Error (kInput) with
-/// `path` as `where` if it is damaged, is not an object, or is nested deeper than any exporter
-/// writes.
+/// `path` as `where` if the JSON is damaged, is not an object, or is nested deeper than any
+/// exporter writes.
 nlohmann::json parseGltfJson(std::string_view text, const std::string& path);
-/// Parses the JSON and keeps the member order of the text.
+/// Like parseGltfJson(), but keeps the order of members in the text.
 nlohmann::ordered_json parseOrderedGltfJson(std::string_view text, const std::string& path);
 
 }  // namespace peeler

@@ -22,15 +22,15 @@ class SharedFile;
 
 // Defined in draco_mesh.cpp.
 
-/// A compressed attribute, as its glTF accessor describes it.
+/// A compressed attribute, as described by its glTF accessor.
 struct DracoAttribute {
     std::uint32_t unique_id = 0;  ///< id in the compressed data
     int component_type = 5126;    ///< as in glTF, 5120 BYTE … 5126 FLOAT
     int components = 1;
 };
 
-/// Limits of the decoded mesh. Larger meshes are rejected; where the data declares its size, before
-/// anything is allocated.
+/// Limits of the decoded mesh. Larger meshes are rejected. If the data declares its size, they are
+/// rejected before anything is allocated.
 struct DracoLimits {
     std::uint64_t faces = 0, points = 0;
     int cpu_seconds = 10;
@@ -38,15 +38,16 @@ struct DracoLimits {
     std::uint64_t bytes = std::numeric_limits<std::uint64_t>::max();
 };
 
-/// Returns the limit on CPU time, in seconds, for a number of triangles; a million triangles
-/// actually take about one second.
+/// Returns the limit on CPU time, in seconds, for a number of triangles. A million triangles take
+/// about one second in practice.
 constexpr int dracoSeconds(std::uint64_t faces) {
     constexpr std::uint64_t kFacesASecond = 250'000, kMostSeconds = 1000;
     return 1 + static_cast<int>(std::min(faces / kFacesASecond, kMostSeconds));
 }
 
-/// Returns the limit on the decoder's memory, in bytes: about 200 per triangle while the
-/// connectivity is decoded, several copies of the attribute values, and the result with its copy.
+/// Returns the limit on the decoder's memory, in bytes. The decoder needs about 200 bytes per
+/// triangle for the connectivity, several copies of the attribute values, and the result with its
+/// copy.
 constexpr std::uint64_t dracoBytes(std::uint64_t faces, std::size_t attributes) {
     return (std::uint64_t{256} << 20) + faces * (512 + std::uint64_t{192} * attributes);
 }
@@ -56,17 +57,17 @@ inline constexpr char kDracoHint[] = "compress the file again";
 struct DracoMesh {
     std::vector<std::uint32_t> indices;  ///< three per triangle, all below `points`
     std::size_t points = 0;
-    /// The values of each requested attribute, in order: points · components values, tightly
-    /// packed.
+    /// The values of each requested attribute, in order: points · components values, without
+    /// padding.
     std::vector<std::vector<std::uint8_t>> attributes;
 };
 
-/// Decodes a triangle mesh (sequential or Edgebreaker; strips become triangles, too). If one byte
-/// of a few thousand vertices is wrong, libdraco 1.5.5 may read 2^31 bits of orientations, so it
-/// runs in a separate process, peeler_decode, whose time and memory are limited, in proportion to
-/// the declared counts and by `limits`. Adds the CPU time used, in microseconds, to `used`. Throws
-/// Error (kMemory) if the data may be valid but `limits.bytes` is too small, and Error (kInternal)
-/// if peeler_decode is not installed.
+/// Decodes a triangle mesh (sequential or Edgebreaker); strips become triangles. A single wrong
+/// byte in a few thousand vertices may make libdraco 1.5.5 read 2^31 bits of orientations. So
+/// libdraco runs in a separate process, peeler_decode, with limits on time and memory from the
+/// declared counts and `limits`. Adds the CPU time used, in microseconds, to `used`. Throws Error
+/// (kMemory) if the data may be valid but `limits.bytes` is too small, and Error (kInternal) if
+/// peeler_decode is not installed.
 DracoMesh decodeDracoMesh(std::span<const std::uint8_t> bytes,
                           std::span<const DracoAttribute> attributes, const DracoLimits& limits,
                           std::atomic<std::uint64_t>* used = nullptr);
@@ -79,7 +80,7 @@ DracoMesh takeDracoMesh(SharedFile& result, std::span<const DracoAttribute> attr
 
 // Defined in meshopt_view.cpp: EXT_meshopt_compression and KHR_meshopt_compression.
 
-/// A compressed stream, with the properties in the extension object.
+/// A compressed stream, with its properties from the extension object.
 struct MeshoptStream {
     std::span<const std::uint8_t> bytes;  ///< compressed bytes
     std::string mode;                     ///< ATTRIBUTES, TRIANGLES, INDICES
@@ -88,10 +89,10 @@ struct MeshoptStream {
     std::uint64_t count = 0;              ///< number of elements
 };
 
-/// Checks the extension's rules ("for the extension object to be valid …"), and that there are
-/// enough compressed bytes for the declared number of elements: the formats need at least 1/64 of
-/// the decoded size (and one byte per triangle or index). Memory of the declared size may be
-/// allocated only after this check.
+/// Checks the extension's rules ("for the extension object to be valid …"), and that the compressed
+/// bytes suffice for the declared number of elements: the formats need at least 1/64 of the decoded
+/// size (and one byte per triangle or index). Memory of the declared size may be allocated only
+/// after this check.
 void checkMeshoptStream(const MeshoptStream& stream);
 
 /// Decodes a stream that passed checkMeshoptStream() into `out`, which has count · stride bytes.
@@ -103,23 +104,22 @@ void decodeMeshoptStream(const MeshoptStream& stream, std::span<std::uint8_t> ou
 struct TextureLimits {
     int max_dimension = 16384;                         ///< maximum width and height, in pixels
     std::uint64_t max_bytes = std::uint64_t{1} << 30;  ///< maximum decoded size, 4 bytes per pixel
-    /// Called with each number of bytes before they are allocated; may throw.
+    /// Called with the number of bytes before each allocation; may throw.
     std::function<void(std::uint64_t bytes)> allow{};
 };
 
 struct DecodedTexture {
     Image image;
-    bool in_gltf = true;  ///< the format is part of glTF 2.0 or its extensions
-    /// Whether the file says that values are sRGB (true) or linear (false).
+    bool in_gltf = true;  ///< whether the format is part of glTF 2.0 or an extension
+    /// The file's declaration of its values: sRGB (true) or linear (false).
     std::optional<bool> srgb{};
-    /// Defects of the file and features that are not shown, each as a clause, as in StoredImage.
+    /// Defects of the file and features that are not shown, as clauses like those of StoredImage.
     std::vector<std::string> notes{};
 };
 
 /// Decodes a picture to 8-bit RGBA with straight alpha. Values stay as stored: colour space and
 /// orientation are not converted. Grey becomes R = G = B, missing alpha becomes 255, and 16 bits
-/// are rounded to 8. The first bytes decide the format; a file in none of the formats above reaches
-/// no decoder.
+/// are rounded to 8. The first bytes decide the format; files in other formats reach no decoder.
 DecodedTexture decodeTexture(std::span<const std::uint8_t> bytes, const std::string& name,
                              const TextureLimits& limits = {});
 

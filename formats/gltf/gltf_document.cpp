@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Loads and checks a glTF file; tinygltf gets only the parts that it handles well.
+// Loading and checking of a glTF file. tinygltf gets only the parts that it handles well.
 #include "formats/gltf/gltf_document.h"
 
 #include <algorithm>
@@ -47,8 +47,8 @@ json takeFromNodes(json& gltf, const char* member) {
     return result;
 }
 
-/// Returns file callbacks that find no file. tinygltf requires all of them or none, and newer
-/// versions have one more.
+/// Returns file callbacks that find no file. tinygltf requires either all callbacks or none, and
+/// newer versions have one more.
 template <class Callbacks>
 Callbacks noFiles() {
     Callbacks files{};
@@ -66,14 +66,14 @@ Callbacks noFiles() {
     return files;
 }
 
-/// Returns the size of the block that malloc() takes: one word of overhead, in steps of two words,
-/// at least four words (glibc).
+/// Returns the size of the block that malloc() allocates: one word of overhead, in steps of two
+/// words, at least four words (glibc).
 constexpr std::uint64_t allocated(std::uint64_t bytes) {
     constexpr std::uint64_t kWord = sizeof(void*), kStep = 2 * kWord;
     return std::max(2 * kStep, (bytes + kWord + kStep - 1) / kStep * kStep);
 }
 
-/// Returns the heap memory of a string; up to 15 bytes are stored in the object itself.
+/// Returns the heap memory of a string. Up to 15 bytes are stored in the object itself.
 constexpr std::uint64_t textBytes(std::uint64_t size) {
     return size > 15 ? allocated(size + 1) : 0;
 }
@@ -92,7 +92,7 @@ std::uint64_t valuesIn(const json& value, const char* name, bool inside = false)
     return values;
 }
 
-/// Returns the bytes that all numeric arrays take in tinygltf's model.
+/// Returns the bytes of all numeric arrays in tinygltf's model.
 std::uint64_t numberBytes(const json& value) {
     if (!value.is_structured()) return 0;
     if (value.is_array() && !value.empty() && value.front().is_number())
@@ -103,8 +103,8 @@ std::uint64_t numberBytes(const json& value) {
     return bytes;
 }
 
-/// Returns the bytes that the arrays below take in tinygltf's model, without their strings. While a
-/// vector doubles its storage, it takes one and a half times its new size.
+/// Returns the bytes of the arrays below in tinygltf's model, without their strings. While a vector
+/// doubles its storage, it takes one and a half times its new size.
 std::uint64_t modelBytes(const json& gltf) {
     constexpr std::pair<const char*, std::uint64_t> kElements[] = {
         {"nodes", sizeof(tinygltf::Node)},
@@ -159,21 +159,20 @@ void eraseAll(json& value, const char* name) {
 tinygltf::Model parseModel(json gltf, GltfDocument& document, const std::string& path) {
     // tinygltf reads and decodes all buffers and images, even from the current folder; it requires
     // a buffer view for every index accessor, fails on unusual animations or lights, and takes ten
-    // times the memory for unused extras. So it gets none of these: the arrays were removed before,
-    // and the others are removed here.
+    // times the memory for unused extras. So keep all of these from tinygltf. The caller has
+    // removed the arrays; the code here removes the rest.
     gltf.erase("extensions");
     eraseAll(gltf, "extras");
     const std::vector<std::vector<int>> indices = takeIndices(gltf);
     const std::uint64_t of_model = modelBytes(gltf);
     const std::string text = dumpJson(std::exchange(gltf, {}));
-    // Strings are in memory both in tinygltf's JSON and, without their keys, in its model.
+    // Strings are in memory twice: in tinygltf's JSON and, without their keys, in its model.
     document.memory.allow(of_model + parsedBytes(text) + text.size(), path);
     if (text.size() > std::numeric_limits<unsigned int>::max())
         throw Error(ErrorKind::kInput, "the JSON has more than 4 GiB", path,
                     "move the data URIs to files of their own");
     tinygltf::TinyGLTF parser;
-    // Nothing in the text should make tinygltf open a file; these callbacks guarantee that it does
-    // not.
+    // These callbacks guarantee that tinygltf opens no file, whatever the text contains.
     parser.SetFsCallbacks(noFiles<tinygltf::FsCallbacks>());
     tinygltf::Model model;
     std::string problems, remarks;
@@ -204,7 +203,7 @@ void readBuffer(GltfDocument& document, const json& buffers, std::size_t index,
     const auto uri = buffer.find("uri");
     std::span<const std::uint8_t> bytes;
     if (uri == buffer.end()) {
-        // A buffer without a URI is the binary chunk or a placeholder for an extension (§3.6.1.2).
+        // A buffer without a URI is the binary chunk, or a placeholder for an extension (§3.6.1.2).
         if (index != 0 || !container.binary) return;
         bytes = *container.binary;
     } else {
@@ -225,7 +224,7 @@ void readBuffers(GltfDocument& document, const json& buffers, const GltfContaine
         if (!isMeshoptFallback(buffers[i])) readBuffer(document, buffers, i, container);
 }
 
-/// Decodes the compressed views. Where decoding fails, uses the view's uncompressed fallback, if
+/// Decodes the compressed views. If decoding fails, uses the view's uncompressed fallback, if
 /// present, unless options.strict is set.
 void decompressViews(GltfDocument& document, const json& views, const json& buffers,
                      const GltfContainer& container, const GltfOptions& options) {
@@ -261,7 +260,7 @@ void listImages(GltfDocument& document, const json& images) {
     }
 }
 
-/// Collects the files that buffers and images refer to.
+/// Collects the files to which buffers and images refer.
 void listFiles(GltfDocument& document, const json& buffers, const json& images) {
     std::set<std::string> uris;
     for (const json* owners : {&buffers, &images})
@@ -285,9 +284,9 @@ std::uint64_t parsedBytes(std::string_view text) {
     constexpr std::uint64_t kObject = allocated(sizeof(json::object_t));
     constexpr std::uint64_t kMember = allocated(kTreeNode + sizeof(json::object_t::value_type));
     std::uint64_t bytes = 0, largest = 0, longest = 0;
-    // For each open array or object, the number of elements before the current comma.
+    // For each open array or object, the number of its elements before the current comma.
     std::vector<std::uint64_t> elements;
-    std::size_t quote = text.npos;  // where the open string starts
+    std::size_t quote = text.npos;  // start of the open string
     for (std::size_t i = 0; i < text.size(); ++i) {
         const char c = text[i];
         if (c == '"') {
@@ -361,8 +360,7 @@ void loadGltfDocument(GltfDocument& document, const std::filesystem::path& path,
     json gltf = parseGltfJson(container.json, name);
     checkGltfVersion(gltf, name, document.warnings);
     checkRequiredExtensions(gltf, options.ignored_extensions);
-    // Check the memory first: checking millions of nodes that do not fit into memory would take
-    // seconds.
+    // Check the memory first, because checking millions of nodes would take seconds.
     if (const auto nodes = gltf.find("nodes"); nodes != gltf.end() && nodes->is_array())
         document.memory.allow(nodes->size() * (sizeof(tinygltf::Node) + sizeof(Node)), name);
     checkGltfSchema(gltf);
@@ -378,7 +376,8 @@ void loadGltfDocument(GltfDocument& document, const std::filesystem::path& path,
     document.node_extras = takeFromNodes(gltf, "extras");
     document.variants = readVariantNames(gltf);
     const json views = gltf.value("bufferViews", json::array());
-    // The rest is serialised again, into a string that doubles its storage whenever it is full.
+    // The remaining JSON is serialised again, into a string that doubles its storage when it is
+    // full.
     document.memory.allow(2 * container.json.size(), name);
     document.model = parseModel(std::move(gltf), document, name);
     checkGltfCameras(document.model);

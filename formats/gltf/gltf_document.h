@@ -30,21 +30,22 @@ struct GltfDocument {
     GltfDocument(const GltfDocument&) = delete;
     GltfDocument& operator=(const GltfDocument&) = delete;
 
-    /// Lacks buffers, images, animations, skins and node extensions, which the members below hold.
+    /// Without buffers, images, animations, skins and node extensions, which the members below
+    /// hold.
     tinygltf::Model model;
     nlohmann::json animations, skins;  ///< JSON arrays as in the file, checked
-    nlohmann::json node_extensions;    ///< JSON array with an object or null for each node
-    nlohmann::json node_extras;        ///< JSON array with any value or null for each node
+    nlohmann::json node_extensions;    ///< JSON array: an object or null for each node
+    nlohmann::json node_extras;        ///< JSON array: any value or null for each node
 
-    /// The bytes of each buffer, exactly `byteLength`; empty for a buffer without a URI and for a
-    /// placeholder of decompressed data.
+    /// The bytes of each buffer, exactly `byteLength`; empty for buffers without a URI and for
+    /// placeholders of decompressed data.
     std::vector<std::span<const std::uint8_t>> buffers;
 
     /// The decoded bytes of each compressed buffer view, which override those in `buffers`; empty
-    /// for other views. May be shorter than the list of views.
+    /// for other views. May have fewer elements than the list of views.
     std::vector<std::span<const std::uint8_t>> decoded_views;
 
-    /// The location of an image; its bytes are read on first use.
+    /// The location of an image. The image's bytes are read on first use.
     struct ImageSource {
         std::string name, uri;
         int buffer_view = -1;
@@ -54,7 +55,7 @@ struct GltfDocument {
     std::vector<std::filesystem::path> files;  ///< files of buffers and images, each listed once
 
     std::vector<Light> lights;
-    std::vector<int> node_lights;  ///< for each node, an index into `lights`; −1 if it has none
+    std::vector<int> node_lights;  ///< for each node, an index into `lights`; −1 for no light
 
     std::vector<std::string> variants;  ///< names of the material variants
     /// Names of extensions that are used but not declared.
@@ -66,9 +67,9 @@ struct GltfDocument {
     std::deque<std::vector<std::uint8_t>> storage;  ///< owns the bytes of the spans above
 
     void warn(const Text& sentence, const Text& where = {}) { warnings.warn(sentence, where); }
-    /// Keeps a file's bytes alive, adds them to the hash, and returns them.
+    /// Keeps a file's bytes, adds them to the hash, and returns them.
     std::span<const std::uint8_t> keep(std::vector<std::uint8_t> bytes);
-    /// Returns the bytes at a URI. Reads them through GltfFolder, once per URI, and keeps them.
+    /// Returns the bytes at a URI. Reads them once per URI, through GltfFolder, and keeps them.
     /// `where` is the JSON pointer of the URI.
     std::span<const std::uint8_t> readUri(const std::string& uri, const std::string& where);
 
@@ -80,13 +81,13 @@ struct GltfDocument {
 
 /// Returns the memory, in bytes, that parsing a JSON text takes. Strings, arrays and objects (maps)
 /// are allocated separately from their values, and the members of objects are nodes of a red-black
-/// tree. While the largest array is freed, it is in memory three times for a moment, since its
-/// values move into a list whose storage doubles. The parser holds the longest string in two
-/// buffers: raw, and as shown in messages.
+/// tree. When the largest array is freed, its values move into a list whose storage doubles, so it
+/// is briefly in memory three times. The parser holds the longest string in two buffers: raw, and
+/// as shown in messages.
 std::uint64_t parsedBytes(std::string_view text);
 
-/// Reads the file, and everything its buffers refer to, into `document`, which must have been
-/// constructed for the same path.
+/// Reads the file and all files of its buffers into `document`, which must have been constructed
+/// for the same path.
 void loadGltfDocument(GltfDocument& document, const std::filesystem::path& path,
                       const GltfOptions& options);
 

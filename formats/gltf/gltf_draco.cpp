@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decodes Draco-compressed primitives of a glTF file (KHR_draco_mesh_compression).
+// Decoding of Draco-compressed primitives of a glTF file (KHR_draco_mesh_compression).
 #include "formats/gltf/gltf_parts.h"
 
 #include <algorithm>
@@ -33,11 +33,11 @@ struct Attribute {
     }
 };
 
-/// The inputs of a decoding; primitives with equal requests share its result.
+/// The inputs of a decoding. Primitives with equal requests share the result.
 struct Request {
     int buffer_view = -1;
     std::vector<Attribute> attributes;
-    int indices = -1;   ///< accessor of the indices; −1 if there is none
+    int indices = -1;   ///< accessor of the indices; −1 for none
     int position = -1;  ///< accessor of the positions
     int mode = kTriangles;
     bool operator<(const Request& other) const {
@@ -83,7 +83,7 @@ class DracoReader {
             std::vector<tinygltf::Primitive>& primitives = document_.model.meshes[i].primitives;
             for (std::size_t j = 0; j < primitives.size(); ++j) {
                 const auto extension = primitives[j].extensions.find(kDracoExtension);
-                // A primitive without positions will be skipped in any case.
+                // Primitives without positions are skipped later.
                 if (extension == primitives[j].extensions.end() ||
                     !primitives[j].attributes.contains("POSITION"))
                     continue;
@@ -129,14 +129,13 @@ class DracoReader {
             request.indices >= 0 ? accessor(request.indices).count : points;
         const std::uint64_t strip = corners < 2 ? 0 : corners - 2;
         const std::uint64_t faces = request.mode == kTriangles ? corners / 3 : strip;
-        // Limit the number of vertices by that of triangle corners, not by the declared count.
-        // Encoders drop degenerate triangles and do not always declare the right number of vertices
-        // (Khronos' own 2CylinderEngine: 2012 in an accessor, 2019 in the data), so the decoded
-        // number is used.
+        // The limit on vertices is the number of triangle corners, not the declared count. Encoders
+        // drop degenerate triangles and sometimes declare a wrong number of vertices (Khronos' own
+        // 2CylinderEngine: 2012 in an accessor, 2019 in the data), so the decoded number is used.
         return {faces, std::max(points, 3 * faces), dracoSeconds(faces)};
     }
 
-    /// Checks the sizes of all results, and returns the sum in bytes.
+    /// Checks the sizes of all results. Returns their sum in bytes.
     std::uint64_t checkSizes() const {
         SizeLimit limit("the decompressed geometry needs", options_.max_geometry_bytes);
         for (const DracoJob& job : jobs_) {
@@ -160,9 +159,9 @@ class DracoReader {
         return limit.taken();
     }
 
-    /// Returns the limit on total CPU time, in microseconds: four times what the most expensive
-    /// meshes take that fit into the distinct compressed bytes. Limits per mesh are not enough,
-    /// since many primitives may refer to the same bytes.
+    /// Returns the limit on total CPU time, in microseconds: four times the time for the most
+    /// expensive meshes with this number of distinct compressed bytes. Limits per mesh are not
+    /// enough, since many primitives may refer to the same bytes.
     std::uint64_t mostTime() const {
         constexpr std::uint64_t kFirst = 500'000, kEach = 20'000, kByte = 64;
         std::map<const std::uint8_t*, std::size_t> sizes;  // by the address of the first byte
@@ -183,7 +182,7 @@ class DracoReader {
     /// Returns the memory limit, in bytes, of each decoder. `decoded` bytes of the budget are
     /// reserved for results.
     std::uint64_t mostMemory(std::uint64_t decoded) const {
-        constexpr std::uint64_t kLeast = 32U << 20U;  // enough to start, and to report a failure
+        constexpr std::uint64_t kLeast = 32U << 20U;  // enough to start and to report a failure
         if (document_.memory.budget() == 0) return std::numeric_limits<std::uint64_t>::max();
         std::uint64_t left = document_.memory.left();
         left -= std::min(left, decoded);
@@ -191,9 +190,9 @@ class DracoReader {
         return std::max(left / at_once, kLeast);
     }
 
-    /// Decodes all jobs. Throws the first problem, in the order of jobs, that has no fallback.
-    /// Later jobs are then skipped, because each of thousands of hostile primitives could take its
-    /// full time limit.
+    /// Decodes all jobs. Throws the problem of the first job without a fallback, in the order of
+    /// jobs. Skips later jobs, because each of thousands of hostile primitives could take its full
+    /// time limit.
     void decodeAll(std::uint64_t decoded) {
         const AccessorReader accessors(document_);
         most_microseconds_ = mostTime();
@@ -242,8 +241,7 @@ class DracoReader {
         }
     }
 
-    /// Adds an accessor to these bytes, which the document keeps from now on. Returns the
-    /// accessor's index.
+    /// Adds an accessor to these bytes, which the document keeps. Returns the accessor's index.
     int addAccessor(std::vector<std::uint8_t> bytes, tinygltf::Accessor info) {
         document_.decoded_views.resize(document_.model.bufferViews.size());
         tinygltf::BufferView view;
@@ -286,7 +284,7 @@ class DracoReader {
     void replace(tinygltf::Primitive& primitive, const DracoJob& job) {
         if (job.problem) {
             std::string why = job.problem->what();
-            if (why.ends_with('.')) why.pop_back();  // libdraco's messages may end so
+            if (why.ends_with('.')) why.pop_back();  // libdraco's messages may end in a dot
             document_.warn("The uncompressed fallback replaces the data of " + job.where + ": " +
                            why + ".");
             return;

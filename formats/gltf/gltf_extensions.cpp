@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Table of glTF extensions: those that are supported, and the effects of ignoring others.
+// Table of glTF extensions: supported extensions, and the effects of ignoring others.
 #include <algorithm>
 
 #include "formats/gltf/gltf_reader.h"

@@ -25,8 +25,8 @@ int hexDigit(char c) {
     return -1;
 }
 
-/// Decodes percent-encoding. A '%' without two hexadecimal digits after it is kept, since exporters
-/// forget to encode '%'.
+/// Decodes percent-encoding. Keeps a '%' without two hexadecimal digits after it, since some
+/// exporters do not encode '%'.
 std::string percentDecoded(std::string_view text) {
     std::string result;
     result.reserve(text.size());
@@ -61,8 +61,8 @@ bool startsWithIgnoringCase(std::string_view text, std::string_view prefix) {
            });
 }
 
-/// Returns the canonical path. Running out of memory is not the file's fault, so that is thrown
-/// rather than returned in `error`.
+/// Returns the canonical path. Throws std::bad_alloc instead of setting `error`, since lack of
+/// memory is not a fault of the file.
 fs::path resolved(const fs::path& path, std::error_code& error) {
     fs::path result = fs::weakly_canonical(path, error);
     if (error == std::errc::not_enough_memory) throw std::bad_alloc();
@@ -104,7 +104,7 @@ std::vector<std::uint8_t> decodeBase64(std::string_view text, const std::string&
     return result;
 }
 
-/// Returns the name without quotation marks, and with backslashes turned into slashes.
+/// Returns the name without quotation marks, and with slashes instead of backslashes.
 std::string withSlashes(std::string_view name) {
     if (name.size() >= 2 && name.front() == '"' && name.back() == '"')
         name = name.substr(1, name.size() - 2);
@@ -113,7 +113,7 @@ std::string withSlashes(std::string_view name) {
     return result;
 }
 
-/// Whether a name begins with a Windows drive, "C:/", which RFC 3986 would take for a scheme.
+/// Whether a name begins with a Windows drive, "C:/", which would be a scheme in RFC 3986.
 bool hasDrive(std::string_view name) {
     return name.size() > 2 && std::isalpha(static_cast<unsigned char>(name[0])) && name[1] == ':' &&
            (name[2] == '/' || name[2] == '\\');
@@ -163,19 +163,19 @@ GltfFolder::GltfFolder(const fs::path& scene_file, std::uint64_t max_file_bytes,
 struct GltfFolder::Named {
     std::string shown;  ///< for messages
     std::string name;   ///< a path
-    std::string from;   ///< the folder that `name` is relative to
+    std::string from;   ///< the folder to which `name` is relative
 
     fs::path whole() const { return hasDrive(name) ? fs::path(name) : fs::path(from) / name; }
 };
 
 struct GltfFolder::Found {
     fs::path file;                   ///< canonical path; empty if the file may not be read
-    std::optional<Error> problem{};  ///< why the file may not be read
-    /// Name of the file in the folder that is used instead, if any.
+    std::optional<Error> problem{};  ///< the reason why the file may not be read
+    /// Name, in the folder, of the file that is used instead; "" if none.
     std::string in_place{};
 };
 
-/// Returns the path of a name relative to the folder, whether or not it exists. Throws Error
+/// Returns the path of a name relative to the folder, even if it does not exist. Throws Error
 /// (kInput) without `where` if access is not allowed.
 fs::path GltfFolder::allowed(const fs::path& name) const {
     const auto refuse = [](const std::string& why) {
@@ -190,8 +190,8 @@ fs::path GltfFolder::allowed(const fs::path& name) const {
     };
     if (name.empty() || name.native().find('\0') != std::string::npos)
         refuse("it is not a file name");
-    // Without permission, do not even check whether the file exists: that alone can mount remote
-    // folders.
+    // Without permission, do not even check whether the file exists: the check could mount a remote
+    // folder.
     if (name.is_absolute() || hasDrive(name.native())) refuseOutside("it is an absolute path");
     if (*name.lexically_normal().begin() == "..")
         refuseOutside("\"..\" leads out of the scene's folder");
@@ -204,20 +204,20 @@ fs::path GltfFolder::allowed(const fs::path& name) const {
     return file;
 }
 
-/// Returns the names in a subfolder, with their lower case as key.
+/// Returns the names in a subfolder, indexed by their lower case.
 const GltfFolder::Listing& GltfFolder::listing(const fs::path& folder) const {
     const auto [known, is_new] = listings_.try_emplace(folder);
     if (!is_new) return known->second;
     try {
         for (std::string& name : namesIn(allowed(folder)))
             known->second.emplace(lowerCase(name), std::move(name));
-    } catch (const Error&) {  // a link leads out of the folder, or it cannot be listed
+    } catch (const Error&) {  // a link leads out of the folder, or the folder cannot be listed
     }
     return known->second;
 }
 
-/// Returns the path, with upper and lower case as on disk, of the regular file in the folder that a
-/// relative name without ".." refers to.
+/// Returns the path of the regular file in the folder with this relative name, which must not
+/// contain "..". Upper and lower case are as on disk.
 std::optional<fs::path> GltfFolder::present(const fs::path& name) const {
     fs::path found = ".";
     for (const fs::path& component : name) {
@@ -235,7 +235,7 @@ std::optional<fs::path> GltfFolder::present(const fs::path& name) const {
     return {};
 }
 
-/// Returns the file that matches the longest trailing part of a name's path: searches the name's
+/// Returns the file that matches the longest trailing part of a name's path. Searches the name's
 /// own folder first, then the scene's.
 std::optional<fs::path> GltfFolder::withSameEnd(const Named& named) const {
     constexpr std::size_t kMostComponents = 16;

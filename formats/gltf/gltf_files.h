@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sandboxed access to the files that a glTF or other scene refers to: regular files of limited size
-// in the scene's folder.
+// Sandboxed access to the files to which a glTF or other scene refers: regular files of limited
+// size in the scene's folder.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ namespace peeler {
 
 bool isDataUri(std::string_view uri);
 
-/// White space that base64 may contain, because MIME breaks its lines; browsers skip it, too.
+/// White space that base64 may contain, because MIME breaks its lines; browsers also skip it.
 inline constexpr const char* kBase64Space = " \t\r\n";
 
 /// Returns the bytes of a `data:` URI (RFC 2397), base64 or percent-encoded, of any media type.
@@ -26,26 +26,25 @@ std::vector<std::uint8_t> decodeDataUri(std::string_view uri, const std::string&
 
 /// The sandbox for the URIs in a glTF file and the file names in other scenes. An untrusted scene
 /// must not read the user's other files, so absolute paths are rejected, as are ".." and symbolic
-/// links that lead out of the folder. The user can allow all of these, but the file must always be
-/// regular and within the size limit.
+/// links that lead out of the folder. The user can allow these, but the file must always be regular
+/// and within the size limit.
 ///
 /// Scenes often arrive without their original folder structure. If a name does not lead to a
 /// readable file, the folder is searched for the longest trailing part of the name's path:
-/// "textures/a.png" or "a.png" for "C:\Users\me\textures\A.PNG". Case is ignored where that leaves
-/// only one file. A warning names the file that is used instead. Not thread-safe.
+/// "textures/a.png" or "a.png" for "C:\Users\me\textures\A.PNG". Case is ignored if only one file
+/// matches. A warning names the file that is used instead. Not thread-safe.
 class GltfFolder {
   public:
     /// Opens the sandbox for the folder of this scene file.
     GltfFolder(const std::filesystem::path& scene_file, std::uint64_t max_file_bytes,
                bool allow_outside = false);
 
-    /// Returns the path that a URI refers to, percent-decoded (RFC 3986), whether or not the file
-    /// exists. Returns nothing for a data: URI, or if the path leads out of the folder without
-    /// permission.
+    /// Returns the path of a URI, percent-decoded (RFC 3986), even if the file does not exist.
+    /// Returns nothing for a data: URI, or if the path leads out of the folder without permission.
     std::optional<std::filesystem::path> find(const std::string& uri) const;
 
-    /// Returns the bytes of the file that a URI refers to. Throws Error (kInput) with `where`, the
-    /// JSON pointer of the URI.
+    /// Returns the bytes of a URI's file. Throws Error (kInput) with `where`, the JSON pointer of
+    /// the URI.
     std::vector<std::uint8_t> read(const std::string& uri, const std::string& where,
                                    ReadWarnings& warnings) const;
 

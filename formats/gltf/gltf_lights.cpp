@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads the lights of a glTF file (KHR_lights_punctual).
+// Reader of the lights of a glTF file (KHR_lights_punctual).
 #include "formats/gltf/gltf_parts.h"
 
 #include <nlohmann/json.hpp>
@@ -36,8 +36,8 @@ void readCone(const json& source, const std::string& where, Light& light) {
     if (spot == source.end()) failGltf("the required property \"spot\" is missing", where);
     light.inner_cone = spot->value("innerConeAngle", light.inner_cone);
     light.outer_cone = spot->value("outerConeAngle", light.outer_cone);
-    // Allow for rounding: exporters write pi/2 rounded to a float, and equal angles for a
-    // hard-edged cone.
+    // Allow for rounding: exporters write pi/2 rounded to a float, and equal angles for a cone with
+    // a hard edge.
     constexpr double kHalfSpace = std::numbers::pi / 2 * (1 + 1e-6);
     if (light.outer_cone > kHalfSpace)
         failGltf("the outer cone angle must be at most pi/2 radians, but is " +
@@ -74,7 +74,7 @@ Light readLight(const json& source, LightType type, const std::string& where) {
 }  // namespace
 
 void readGltfLights(const json& gltf, GltfDocument& document) {
-    // For each light in the file, its index in the document; −1 if it was skipped.
+    // The document's index of each light in the file; −1 for skipped lights.
     std::vector<int> read;
     if (const json::json_pointer lights(kLights); gltf.contains(lights)) {
         for (const json& source : gltf[lights]) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// glTF material extensions; each has a function and a row in the table.
+// glTF material extensions. Each has a function and a row in the table.
 #include "formats/gltf/gltf_parts.h"
 
 #include <algorithm>
@@ -13,7 +13,7 @@ namespace {
 
 constexpr float kNoLimit = std::numeric_limits<float>::max();
 
-/// Reads the members of an extension object; a missing member leaves its target unchanged.
+/// A reader of the members of an extension object. A missing member leaves its target unchanged.
 class Members {
   public:
     Members(const tinygltf::Value& object, std::string where, GltfDocument& document,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads glTF materials and their textures.
+// Reader of glTF materials and their textures.
 #include "formats/gltf/gltf_parts.h"
 
 #include <algorithm>
@@ -19,8 +19,8 @@
 namespace peeler {
 namespace {
 
-/// Reads a numeric array; if it is missing, leaves `numbers` unchanged. The schema check has
-/// already checked type and length.
+/// Reads a numeric array. Leaves `numbers` unchanged if it is missing. The schema check has checked
+/// type and length.
 template <std::size_t n>
 void readNumbers(const tinygltf::Value& object, const char* name, std::array<double, n>& numbers) {
     if (!object.Has(name)) return;
@@ -105,8 +105,8 @@ class MaterialReader {
         return out;
     }
 
-    /// Clamps a factor to 0–1, the range in §5.19 and §5.22. Other values would make alpha, and
-    /// with it the composites, meaningless.
+    /// Clamps a factor to 0–1, the range in §5.19 and §5.22. Other values would make alpha and the
+    /// composites meaningless.
     float factor(double value, const std::string& where) {
         if (value < 0 || value > 1)
             document_.warn("The material " + where +
@@ -115,7 +115,7 @@ class MaterialReader {
         return static_cast<float>(std::clamp(value, 0.0, 1.0));
     }
 
-    /// Converts a texture reference; `Info` is one of the three types that tinygltf has for it.
+    /// Converts a texture reference. `Info` is one of tinygltf's three types of references.
     template <typename Info>
     TextureRef texture(const Info& info, const std::string& where) {
         TextureRef out;
@@ -167,7 +167,7 @@ class MaterialReader {
     }
 
     /// Returns the index in scene.images of an image of the file. The first call for an image
-    /// assigns the index, so unused images have none.
+    /// assigns the index, so unused images have no index.
     int sceneImage(int image, int fallback = -1) {
         int& place = places_[static_cast<std::size_t>(image)];
         if (place < 0) {
@@ -203,8 +203,7 @@ class MaterialReader {
 
     /// Decodes the images of used_images_ from index `first` on.
     void decodeFrom(std::size_t first) {
-        // Files are read in order, since the hash depends on it. Decoding, the slow part, is
-        // parallel.
+        // Read files in order, since the hash depends on it. Decode, which is slow, in parallel.
         decoded_.resize(used_images_.size());
         std::vector<std::span<const std::uint8_t>> bytes(used_images_.size());
         for (std::size_t i = first; i < used_images_.size(); ++i) {
@@ -237,7 +236,7 @@ class MaterialReader {
 
     void decodeImages() {
         decodeFrom(0);
-        // Only decoding shows which fallbacks are needed.
+        // The failures of the first pass show which fallbacks are needed.
         const std::size_t count = used_images_.size();
         std::vector<int> stand_ins(count, -1);
         for (std::size_t i = 0; i < count; ++i)
@@ -280,8 +279,8 @@ class MaterialReader {
                 }
     }
 
-    /// Warns if the colour space that an image declares contradicts the material's use of the
-    /// image. The use takes precedence.
+    /// Warns if an image declares another colour space than the material needs. The material's need
+    /// takes precedence.
     void checkColors(std::size_t used, bool srgb) {
         const std::optional<bool> stored = decoded_[used].texture.srgb;
         if (stored && *stored != srgb)
@@ -299,9 +298,9 @@ class MaterialReader {
     GltfDocument& document_;
     const GltfOptions& options_;
     Scene& scene_;
-    /// Index in the document of each used image, in order of first use.
+    /// The document's index of each used image, in order of first use.
     std::vector<int> used_images_;
-    /// For each used image, the document's index of its fallback; −1 if it has none.
+    /// For each used image, the document's index of its fallback; −1 for none.
     std::vector<int> fallbacks_;
     std::vector<Decoded> decoded_;  ///< for each used image
     std::vector<int> places_;       ///< for each image of the document, its index in used_images_

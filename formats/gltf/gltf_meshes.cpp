@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Converts glTF meshes: vertex attributes, indices, topology.
+// Conversion of glTF meshes: vertex attributes, indices, topology.
 #include "formats/gltf/gltf_parts.h"
 
 #include <algorithm>
@@ -35,8 +35,8 @@ const AccessorFormat kNormal = {{3}, {{kFloat}, {kByte, true}, {kShort, true}}};
 const AccessorFormat kTangent = {{4}, {{kFloat}, {kByte, true}, {kShort, true}}};
 const AccessorFormat kTexcoord = {
     {2}, {{kFloat}, {kByte, true}, {kUnsignedByte, true}, {kShort, true}, {kUnsignedShort, true}}};
-/// Allowed if KHR_mesh_quantization is declared: integers that are not normalised are used as they
-/// are.
+/// Allowed if the file declares KHR_mesh_quantization: integers that are not normalised are used
+/// unchanged.
 const AccessorFormat kQuantizedTexcoord = {{2}, kPosition.allowed};
 const AccessorFormat kColor = {{3, 4}, {{kFloat}, {kUnsignedByte, true}, {kUnsignedShort, true}}};
 const AccessorFormat kJoints = {{4}, {{kUnsignedByte}, {kUnsignedShort}}};
@@ -89,7 +89,7 @@ class PrimitiveReader {
           where_(std::move(where)),
           budget_(budget) {}
 
-    /// Reads the primitive; returns false if it draws nothing.
+    /// Reads the primitive. Returns false if it draws nothing.
     bool read(Primitive& out) {
         const auto position = source_.attributes.find("POSITION");
         if (position == source_.attributes.end()) {
@@ -138,13 +138,13 @@ class PrimitiveReader {
                          " elements, but POSITION has " + std::to_string(vertex_count_),
                      use);
         components = accessors_.components(found->second);
-        // Budget the result, too: an accessor without data takes no bytes in the file, and many
-        // primitives may refer to it.
+        // Budget the result, too: many primitives may refer to an accessor without data, which
+        // takes no bytes in the file.
         least_bytes_ +=
             used_.count * static_cast<std::uint64_t>(components) * sizeof(std::uint16_t);
         budget_.check(least_bytes_,
                       childPointer("/accessors", static_cast<std::size_t>(found->second)));
-        // In memory twice: as raw floats and in the primitive.
+        // The values are in memory twice: as raw floats and in the primitive.
         document_.memory.allow(
             2 * used_.count * static_cast<std::size_t>(components) * sizeof(float), use);
         std::vector<float> values = accessors_.floats(found->second, format, used_, use);
@@ -183,7 +183,7 @@ class PrimitiveReader {
                                                                     : kQuantizedTexcoord;
     }
 
-    /// Returns COLOR_0 of `from`. If the colours have no alpha, their alpha is that of `missing`.
+    /// Returns COLOR_0 of `from`. Colours without alpha get the alpha of `missing`.
     std::vector<glm::vec4> colors(const Attributes& from, const std::string& where,
                                   const AccessorFormat& format, const glm::vec4& missing) {
         int components = 4;
@@ -200,7 +200,7 @@ class PrimitiveReader {
         document_.warn("The attribute " + place + ' ' + what + '.', place);
     }
 
-    /// Repairs values that shading relies on; warns if it had to.
+    /// Repairs values on which shading relies, with a warning.
     void mend(Primitive& out) {
         constexpr const char* kNotUnit =
             "has vectors that are not of unit length (ACCESSOR_VECTOR3_NON_UNIT); they are "
@@ -219,8 +219,8 @@ class PrimitiveReader {
                    "(ACCESSOR_WEIGHTS_NON_NORMALIZED); they are scaled");
     }
 
-    /// Warns of attributes that glTF does not define, and of JOINTS_n and WEIGHTS_n whose numbers
-    /// are not consecutive.
+    /// Warns about attributes that glTF does not define, and about JOINTS_n and WEIGHTS_n whose
+    /// numbers are not consecutive.
     void checkNames(const Attributes& attributes, const std::string& where,
                     std::size_t joint_sets) {
         for (const auto& [name, accessor] : attributes) {
@@ -248,7 +248,6 @@ class PrimitiveReader {
                 throw Error(ErrorKind::kInput,
                             "there are joints without weights, or weights without joints",
                             where_ + "/attributes", "give JOINTS_n and WEIGHTS_n together");
-            // Exact, since floats represent small integers exactly.
             set.joints.assign(joints.begin(), joints.end());  // small integers are exact as floats
             out.joint_sets.push_back(std::move(set));
         }
@@ -295,8 +294,8 @@ class PrimitiveReader {
         return result;
     }
 
-    /// Restricts reading to the range of vertices that the indices use. Exporters often give all
-    /// primitives the same large vertex array, of which each uses a part, and copying the whole
+    /// Restricts reading to the vertices from the lowest to the highest index. Exporters often give
+    /// all primitives the same large vertex array, of which each uses a part. Copying the whole
     /// array for every primitive would be wasteful.
     void keepUsedVertices(std::vector<std::uint32_t>& indices) {
         const auto [first, last] = std::minmax_element(indices.begin(), indices.end());
@@ -351,9 +350,9 @@ class PrimitiveReader {
     const tinygltf::Primitive& source_;
     std::string where_;
     const SizeLimit& budget_;
-    std::uint64_t least_bytes_ = 0;  ///< minimum memory, in the scene, for the data read so far
+    std::uint64_t least_bytes_ = 0;  ///< minimum memory in the scene for the data so far
     std::size_t vertex_count_ = 0;
-    ElementRange used_;  ///< vertices that are read
+    ElementRange used_;  ///< vertices to read
 };
 
 using UvSets = std::array<bool, 2>;  ///< whether any texture uses each of the UV sets
@@ -368,7 +367,7 @@ std::vector<UvSets> uvSetsOf(const std::vector<Material>& materials) {
     return sets;
 }
 
-/// Warns of textures that need texture coordinates which the primitive lacks.
+/// Warns about textures that need texture coordinates that the primitive lacks.
 void checkTexcoords(const Primitive& primitive, const std::vector<UvSets>& uv_sets,
                     const std::string& where, GltfDocument& document) {
     std::vector<int> materials = primitive.variants;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decodes meshopt-compressed buffer views of a glTF file.
+// Decoding of meshopt-compressed buffer views of a glTF file.
 #include "formats/gltf/gltf_parts.h"
 
 #include <nlohmann/json.hpp>
@@ -14,11 +14,11 @@ namespace {
 
 using nlohmann::json;
 
-// Both extensions have the same JSON. A view must not have both; if it does, the first (EXT, the
-// older) is used, since it is certain to be decodable.
+// Both extensions have the same JSON. If a view has both, which is not allowed, the first is used:
+// EXT, the older one, can always be decoded.
 constexpr const char* kExtensions[] = {"EXT_meshopt_compression", "KHR_meshopt_compression"};
 
-/// Returns the extension of `owner` with this name, or null.
+/// Returns the extension of `owner` with this name; null if missing.
 const json* extensionOf(const json& owner, const char* name) {
     const auto extensions = owner.find("extensions");
     if (extensions == owner.end()) return nullptr;
@@ -35,7 +35,7 @@ struct MeshoptJob {
     std::optional<Error> problem;
 };
 
-/// Returns the error with `where` as its place, which the codec does not know.
+/// Returns the error with `where` as its place, since the codec does not know the place.
 Error placed(const Error& error, const std::string& where) {
     return error.at(error.where().empty() ? where : error.whereText());
 }
@@ -51,7 +51,7 @@ MeshoptStream streamOf(const json& view, const json& extension, const GltfDocume
     const auto length = extension["byteLength"].get<std::uint64_t>();
     const std::span<const std::uint8_t> buffer =
         document.buffers[extension["buffer"].get<std::size_t>()];
-    // Both are at most 2^53 (schema), so the sum cannot overflow.
+    // The sum cannot overflow, since both numbers are at most 2^53 (schema).
     if (offset + length > buffer.size())
         failGltf("the compressed data ends at byte " + std::to_string(offset + length) +
                      ", but its buffer has " + std::to_string(buffer.size()),
@@ -59,7 +59,7 @@ MeshoptStream streamOf(const json& view, const json& extension, const GltfDocume
     stream.bytes = buffer.subspan(offset, length);
     if (view.value("byteStride", stream.stride) != stream.stride)
         failGltf("the stride of the view and of its compressed data differ", where + "/byteStride");
-    // The product cannot overflow: counts are at most 2^53, strides at most 256 (schema).
+    // The product cannot overflow, since counts are at most 2^53 and strides at most 256 (schema).
     if (const auto bytes = view["byteLength"].get<std::uint64_t>();
         bytes != stream.count * stream.stride)
         failGltf("the view has " + std::to_string(bytes) +

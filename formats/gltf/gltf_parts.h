@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The steps of reading a glTF file, each in its own source file, in order of execution: first those
-// of loadGltfDocument(), which fill a document, then those of readGltf(), which build the scene.
-// They throw Error (kInput) with a JSON pointer as `where` if the file is faulty.
+// The steps of reading a glTF file, each in its own source file, in order of execution. The first
+// steps are those of loadGltfDocument(), which fill a document; then come those of readGltf(),
+// which build the scene. They throw Error (kInput) with a JSON pointer as `where` if the file is
+// faulty.
 #pragma once
 
 #include <tiny_gltf.h>
@@ -22,7 +23,7 @@ namespace peeler {
 
 // Defined in gltf_checks.cpp: rules of glTF 2.0 beyond types and indices.
 
-/// Checks that a glTF 2.0 reader may read the file: version 2.x. A version given as a number
+/// Checks that the version is 2.x, which a glTF 2.0 reader can read. A version given as a number
 /// becomes a string, with a warning. `path` is the `where` of errors about the whole file.
 void checkGltfVersion(nlohmann::json& gltf, const std::string& path, ReadWarnings& warnings);
 
@@ -30,16 +31,16 @@ void checkGltfVersion(nlohmann::json& gltf, const std::string& path, ReadWarning
 void checkRequiredExtensions(const nlohmann::json& gltf, const std::vector<std::string>& ignored);
 
 /// Checks that nodes form a forest (§3.5.2: a node has at most one parent). If a scene lists a node
-/// that is not a root, the node becomes one, with a warning, provided that the scene still shows it
-/// only once. Removes duplicates from a scene's list. Indices must have been checked
+/// that has a parent, the node becomes a root, with a warning, provided that the scene still shows
+/// it only once. Removes duplicates from a scene's list. Indices must have been checked
 /// (checkGltfSchema()).
 void checkGltfForest(nlohmann::json& gltf, ReadWarnings& warnings);
 
-/// Warns of nodes with both a matrix and a translation, rotation or scale, of which tinygltf uses
-/// the matrix.
+/// Warns about nodes with both a matrix and a translation, rotation or scale. tinygltf uses their
+/// matrix.
 void warnOfTwoPlaces(const nlohmann::json& gltf, ReadWarnings& warnings);
 
-/// Warns of empty buffers, buffer views and accessors, which the schema does not allow.
+/// Warns about empty buffers, buffer views and accessors, which the schema does not allow.
 void warnOfEmptyParts(const nlohmann::json& gltf, ReadWarnings& warnings);
 
 /// Returns the names of extensions that the file uses but does not list in extensionsUsed (§3.12).
@@ -61,14 +62,14 @@ void readGltfLights(const nlohmann::json& gltf, GltfDocument& document);
 /// Returns the names of the variants, in file order. checkGltfSchema() must have checked the JSON.
 std::vector<std::string> readVariantNames(const nlohmann::json& gltf);
 
-/// Returns a primitive's material in each of `count` variants, −1 for variants without one; empty
-/// if no variant has one. If several mappings name a variant, the first one wins.
+/// Returns a primitive's material in each of `count` variants, or −1 if it has none in a variant;
+/// empty if it has none in any variant. If several mappings name a variant, uses the first.
 std::vector<int> variantMaterials(const tinygltf::Primitive& primitive, std::size_t count);
 
 // Defined in gltf_meshopt.cpp: buffer views of EXT_meshopt_compression and KHR_meshopt_compression.
 
-/// Whether a buffer is marked as a placeholder for decompressed data. Such a buffer is not loaded,
-/// even if it has a URI, unless the compressed data turns out to be damaged.
+/// Whether a buffer is marked as a placeholder for decompressed data. Such a buffer is loaded only
+/// if the compressed data is damaged, even if it has a URI.
 bool isMeshoptFallback(const nlohmann::json& buffer);
 
 /// A buffer view that failed to decode; `error` points to its extension object.
@@ -77,7 +78,7 @@ struct MeshoptProblem {
     Error error;
 };
 
-/// Decodes all compressed views among `buffer_views` (checked by checkGltfSchema()) into the
+/// Decodes all compressed views in `buffer_views` (checked by checkGltfSchema()) into the
 /// document's `decoded_views`, in parallel. Checks their total size against max_geometry_bytes
 /// before any allocation. Returns the views that failed to decode, in order.
 std::vector<MeshoptProblem> decodeMeshoptViews(const nlohmann::json& buffer_views,
@@ -85,30 +86,30 @@ std::vector<MeshoptProblem> decodeMeshoptViews(const nlohmann::json& buffer_view
 
 // Defined in gltf_draco.cpp: primitives of KHR_draco_mesh_compression.
 
-/// Decodes all Draco primitives in parallel, and points their attributes and indices to new
-/// accessors with the decoded data, so that later steps need not know about Draco. Shared data is
-/// decoded once. Compressed data takes precedence over an uncompressed fallback, as the extension
-/// requires ("must process KHR_draco_mesh_compression first"). If the compressed data is damaged
-/// and options.strict is off, the fallback is used, with a warning. Decoded indices are those of
-/// triangles even if the primitive was a strip. Output sizes are checked against the counts of the
-/// accessors and max_geometry_bytes before decoding. Errors point to the extension object.
+/// Decodes all Draco primitives in parallel. Then points their attributes and indices to new
+/// accessors with the decoded data, so that later steps need no code for Draco. Decodes shared data
+/// once. Compressed data takes precedence over an uncompressed fallback, as the extension requires
+/// ("must process KHR_draco_mesh_compression first"). If the compressed data is damaged and
+/// options.strict is off, uses the fallback, with a warning. Decoded indices are those of triangles
+/// even if the primitive was a strip. Before decoding, checks output sizes against the counts of
+/// the accessors and max_geometry_bytes. Errors point to the extension object.
 void decodeDracoPrimitives(GltfDocument& document, const GltfOptions& options);
 
 // Defined in gltf_materials.cpp: materials and the textures that they use.
 
 /// Fills scene.materials (those of the file in order, then glTF's default material) and
-/// scene.images (those that materials use, without duplicates). Drops unreadable images from their
-/// materials, with a warning. If options.strict is on, throws Error (kInput) with the image's JSON
-/// pointer instead.
+/// scene.images (those that materials use, without duplicates). Removes unreadable images from
+/// their materials, with a warning. If options.strict is on, throws Error (kInput) with the image's
+/// JSON pointer instead.
 void readGltfMaterials(GltfDocument& document, const GltfOptions& options, Scene& scene);
 
 // Defined in gltf_material_extensions.cpp: the KHR_materials extensions of a material.
 
-/// Converts a texture reference in the file to one in the scene; `where` is the JSON pointer of the
-/// reference in the file.
+/// A function that converts a texture reference in the file to one in the scene; `where` is the
+/// JSON pointer of the reference in the file.
 using ReadTexture = std::function<TextureRef(const tinygltf::TextureInfo&, const std::string&)>;
 
-/// Return a member of an object, or null if missing. The schema check has already checked its type.
+/// Return a member of an object; null if missing. The schema check has checked its type.
 const tinygltf::Value* findMember(const tinygltf::Value& object, const char* name);
 const tinygltf::Value* findExtension(const tinygltf::ExtensionMap& extensions, const char* name);
 
@@ -127,20 +128,21 @@ void readMaterialExtensions(const tinygltf::Material& source, const std::string&
 std::vector<Mesh> readGltfMeshes(GltfDocument& document, const GltfOptions& options,
                                  const std::vector<Material>& materials);
 
-// Defined in gltf_vertex_data.cpp: limits vertex data to the ranges that shading expects
+// Defined in gltf_vertex_data.cpp: corrections of vertex data to the ranges that shading expects
 // (§3.7.2.1).
 
-/// Clamps colours to 0–1. Returns whether any component was outside by more than rounding.
+/// Clamps colours to 0–1. Returns true if any component was outside by more than rounding.
 bool clampColors(std::vector<glm::vec4>& colors);
-/// Scales directions to unit length if their length is off by more than the quantisation of small
-/// integers explains. Zero vectors stay. Returns whether any was changed.
+/// Scales directions to unit length if the quantisation of small integers does not explain the
+/// deviation. Zero vectors stay. Returns true if any direction was not of unit length.
 bool scaleToUnit(std::vector<glm::vec3>& normals);
 bool scaleToUnit(std::vector<glm::vec4>& tangents);
-/// Sets the handedness of every tangent to 1 or −1. Returns whether any was neither.
+/// Sets the handedness of every tangent to 1 or −1. Returns true if any had another value.
 bool makeSigns(std::vector<glm::vec4>& tangents);
 /// Whether each vertex's weights are non-negative and sum to 1.
 bool addUpToOne(const std::vector<JointSet>& sets);
-/// Whether glTF defines an attribute of this name, or leaves the name to applications (`_NAME`).
+/// Whether glTF defines an attribute with this name, or reserves the name for applications
+/// (`_NAME`).
 bool isAttributeName(std::string_view name);
 
 // Defined in gltf_nodes.cpp: nodes, their skins and instances.
@@ -154,9 +156,8 @@ void readGltfNodes(GltfDocument& document, const GltfOptions& options, Scene& sc
 
 /// Returns all animations of the document, for the nodes and meshes of the scene. Skips channels
 /// with unknown targets, with a warning. Throws Error (kInput) if times are not finite or decrease,
-/// if the values do not match the times or the property in count or format, or if there are more
-/// keys than the geometry limit allows (which a small file can have, since samplers may share
-/// bytes).
+/// if the values do not match the times or the property in count or format, or if the keys exceed
+/// the geometry limit (which they can even in a small file, since samplers may share bytes).
 std::vector<Animation> readGltfAnimations(GltfDocument& document, const GltfOptions& options,
                                           const Scene& scene);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads a glTF file step by step, with its scenes and cameras.
+// Reading of a glTF file step by step, with its scenes and cameras.
 #include "formats/gltf/gltf_reader.h"
 
 #include <algorithm>
@@ -17,7 +17,7 @@ void readScenes(const tinygltf::Model& model, Scene& scene) {
         scene.scenes.push_back({source.name, source.nodes});
     scene.default_scene = std::max(model.defaultScene, 0);
     if (!scene.scenes.empty()) return;
-    // A file without scenes is a library (§3.5.1); most likely, all of it is wanted.
+    // A file without scenes is a library (§3.5.1). Show all of it.
     scene.scenes.push_back({"", rootsOf(scene.nodes)});
 }
 
@@ -30,8 +30,7 @@ void readCameras(const tinygltf::Model& model, Scene& scene) {
             const tinygltf::PerspectiveCamera& lens = source.perspective;
             camera.yfov = lens.yfov;
             camera.znear = lens.znear;
-            // In tinygltf, zero means that the member is missing; the schema check rejects explicit
-            // zeros.
+            // In tinygltf, zero means a missing member; the schema check rejects explicit zeros.
             if (lens.aspectRatio > 0) camera.aspect_ratio = lens.aspectRatio;
             if (lens.zfar > 0) camera.zfar = lens.zfar;
         } else {
@@ -91,7 +90,7 @@ Scene readGltf(const std::filesystem::path& path, const GltfOptions& options) {
     } catch (const std::bad_alloc&) {
         throw Error(ErrorKind::kMemory, "not enough memory to read the scene", path.string());
     } catch (const std::exception& problem) {
-        // Something that the earlier checks should have caught made tinygltf or OpenImageIO fail.
+        // tinygltf or OpenImageIO failed because of a fault that the checks above did not find.
         failGltf("the scene cannot be read: " + std::string(problem.what()), path.string());
     }
 }

@@ -11,17 +11,17 @@
 
 namespace peeler {
 
-/// Reads the scene; the content decides between JSON and binary. Coordinates stay as in the file
+/// Reads the scene. The content decides between JSON and binary. Coordinates stay as in the file
 /// (right-handed, +Y up, metres: glTF 2.0 §3.4). Every index, range and type is checked before use.
-/// Each unsupported optional extension becomes a sentence in Scene::warnings. Throws Error
-/// (kInput), with the path as `where` if the file as a whole is bad, else with a JSON pointer.
+/// Each unsupported optional extension becomes a sentence in Scene::warnings. Throws Error (kInput)
+/// with the path as `where` if the file as a whole is bad, else with a JSON pointer.
 Scene readGltf(const std::filesystem::path& path, const GltfOptions& options = {});
 
 /// A known glTF extension.
 struct GltfExtension {
     const char* name;
-    bool supported;  ///< may be in extensionsRequired
-    /// If supported, the extension's purpose; otherwise the effect of ignoring it.
+    bool supported;  ///< whether extensionsRequired may list it
+    /// The purpose of a supported extension, or the effect of ignoring the extension.
     const char* note;
     /// Whether it provides texture images in a format that cannot be decoded.
     bool undecoded_images = false;
@@ -30,11 +30,11 @@ struct GltfExtension {
 /// Returns the known extensions, sorted by name.
 const std::vector<GltfExtension>& gltfExtensions();
 
-/// Returns the known extensions that may be in extensionsRequired, sorted by name.
+/// Returns the known extensions that extensionsRequired may list, sorted by name.
 const std::vector<GltfExtension>& supportedGltfExtensions();
 
-/// Returns the names of extensions that provide texture images in formats that cannot be decoded.
-/// If these extensions are ignored, a scene keeps its geometry but lacks colours.
+/// Returns the names of extensions that provide texture images in formats that cannot be decoded. A
+/// scene read without these extensions keeps its geometry but lacks colours.
 std::vector<std::string> undecodedImageExtensions();
 
 }  // namespace peeler

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checks JSON against the schema table.
+// Checker of JSON against the schema table.
 #include "formats/gltf/gltf_schema.h"
 
 #include <cmath>
@@ -43,7 +43,7 @@ class SchemaCheck {
   public:
     explicit SchemaCheck(json& root) : root_(root) {}
 
-    // Recursion is limited by the table's nesting, whatever the file.
+    // The nesting of the table, not that of the file, limits the recursion.
     void object(json& value, const std::string& pointer, std::string_view owner) {
         if (!value.is_object()) refuse(pointer, "must be an object", value);
         for (const SchemaRow* property : schemaRowsOf(owner)) {
@@ -151,7 +151,7 @@ class SchemaCheck {
         const double number = value.get<double>();
         if (!(std::fabs(number) <= std::numeric_limits<float>::max()))
             refuse(pointer, "must fit a 32-bit float", value);
-        // Large integers become floating point, because tinygltf would truncate them to int.
+        // Convert large integers to floating point, because tinygltf would truncate them to int.
         if (value.is_number_integer() && std::fabs(number) > kIntMax) value = number;
     }
 
@@ -169,8 +169,8 @@ class SchemaCheck {
         if (value.is_number_float()) value = static_cast<std::uint64_t>(wanted);
     }
 
-    /// Returns the size of the array that indices refer to. "extensions/NAME/arrays" means an array
-    /// in an extension.
+    /// Returns the size of the array into which indices point. "extensions/NAME/arrays" means an
+    /// array in an extension.
     std::size_t sizeOf(std::string_view array_name) {
         const auto [known, is_new] = sizes_.try_emplace(array_name, 0);
         if (!is_new) return known->second;
@@ -215,7 +215,7 @@ class SchemaCheck {
     }
 
     json& root_;
-    /// Sizes found so far, since there may be millions of indices.
+    /// Known sizes, kept because there may be millions of indices.
     std::map<std::string_view, std::size_t> sizes_;
 };
 
@@ -241,7 +241,7 @@ void checkAnimationSamplers(const json& animations) {
     }
 }
 
-/// Checks that sparse accessors replace no more elements than they have (§5.2).
+/// Checks that sparse accessors do not replace more elements than they have (§5.2).
 void checkSparseCounts(const json& accessors) {
     for (std::size_t i = 0; i < accessors.size(); ++i)
         if (const auto sparse = accessors[i].find("sparse"); sparse != accessors[i].end())
@@ -251,7 +251,7 @@ void checkSparseCounts(const json& accessors) {
                          childPointer("/accessors", i) + "/sparse/count");
 }
 
-/// Checks that cameras have the object that their type names (§3.10).
+/// Checks that cameras have the object for their type (§3.10).
 void checkCameraKinds(const json& cameras) {
     for (std::size_t i = 0; i < cameras.size(); ++i) {
         const json& camera = cameras[i];

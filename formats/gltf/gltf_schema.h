@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Table of the glTF 2.0 JSON schema, for the properties that peeler reads, and its checker.
+// Table of the glTF 2.0 JSON schema, with the properties that peeler reads, and its checker.
 #pragma once
 
 #include <cstddef>
@@ -15,20 +15,20 @@
 namespace peeler {
 
 /// Checks that every property that peeler uses has the type and range that glTF 2.0 requires, and
-/// that every index is valid for its array. Converts integers written as 2.0. Throws Error (kInput)
-/// with the JSON pointer of the first violation as `where`.
+/// that every index is valid for its array. Converts integers written like 2.0. Throws Error
+/// (kInput) with the JSON pointer of the first violation as `where`.
 void checkGltfSchema(nlohmann::json& gltf);
 
 /// The hint for files that violate the specification.
 inline constexpr const char* kValidatorHint = "check the file with the Khronos glTF validator";
 
-/// Throws Error (kInput); `where` is a JSON pointer, or the path if the whole file is meant.
+/// Throws Error (kInput). `where` is a JSON pointer, or the path for errors about the whole file.
 [[noreturn]] void failGltf(const Text& what, const Text& where, const Text& hint = kValidatorHint);
 
-/// The type that a member must have.
+/// The required type of a member.
 enum class SchemaKind {
     kBool,
-    kString,      ///< `of` lists the allowed values, separated by spaces; if empty, any is allowed
+    kString,      ///< `of` lists the allowed values, separated by spaces; "" allows any
     kStrings,     ///< array of strings
     kNumber,      ///< finite as a 32-bit float
     kPositive,    ///< a number above zero
@@ -60,8 +60,8 @@ struct SchemaRow {
     double max = kAnySize;
 };
 
-/// Returns the table (gltf_schema_rows.cpp), from glTF 2.0 §5 and the extensions. It leaves out
-/// names and extras, which peeler does not need, so invalid ones are accepted.
+/// Returns the table (gltf_schema_rows.cpp), from glTF 2.0 §5 and the extensions. It omits names
+/// and extras, which peeler does not need, so invalid names and extras are accepted.
 std::span<const SchemaRow> schemaRows();
 
 }  // namespace peeler

@@ -7,7 +7,7 @@ namespace {
 
 using Kind = SchemaKind;
 
-// Sizes may be 0 here, although glTF's schema forbids it, because warnOfEmptyParts() warns instead.
+// Sizes may be 0 here, although glTF's schema forbids it; warnOfEmptyParts() warns about them.
 constexpr SchemaRow kRows[] = {
     {"root", "asset", Kind::kObject, "asset", true},
     {"root", "extensionsUsed", Kind::kStrings},
@@ -52,7 +52,7 @@ constexpr SchemaRow kRows[] = {
     {"channel", "sampler", Kind::kInteger, "", true, 0, kIntMax},
     {"channel", "target", Kind::kObject, "target", true},
     {"target", "node", Kind::kIndex, "nodes"},
-    {"target", "path", Kind::kString, "", true},  // any, because extensions add more paths
+    {"target", "path", Kind::kString, "", true},  // any: extensions add more paths
     {"animationSampler", "input", Kind::kIndex, "accessors", true},
     {"animationSampler", "output", Kind::kIndex, "accessors", true},
     {"animationSampler", "interpolation", Kind::kString, "LINEAR STEP CUBICSPLINE"},

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Limits vertex data to the ranges that shading expects (glTF 2.0 §3.7.2.1).
+// Correction of vertex data to the ranges that shading expects (glTF 2.0 §3.7.2.1).
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -9,8 +9,7 @@
 namespace peeler {
 namespace {
 
-/// The deviation from unit length that storage explains: twice the error of a component that is
-/// stored as a signed byte.
+/// The accepted deviation from unit length: twice the error of a component stored as a signed byte.
 constexpr double kStorageError = 0.02;
 
 bool isOne(double length) {

@@ -23,8 +23,8 @@ namespace {
 constexpr std::uint64_t kGroup = 16;  // elements per group in the attribute codec
 
 /// Returns the minimum size in mode 0 (the extension's Appendix A): blocks of at most 8 KiB and 256
-/// elements, each with two bits per group for every byte of an element, and then the tail, which
-/// holds the first element.
+/// elements, with two bits per group for every byte of an element; then the tail, which holds the
+/// first element.
 std::uint64_t leastAttributeBytes(std::uint64_t count, std::uint64_t stride) {
     const std::uint64_t block = std::min<std::uint64_t>(8192 / stride / kGroup * kGroup, 256);
     const auto headers = [&](std::uint64_t elements) {
@@ -46,7 +46,7 @@ std::uint64_t leastIndexBytes(std::uint64_t count, std::uint64_t) {
 
 struct Mode {
     const char* name;
-    std::uint8_t header;   ///< high half of the first byte, which identifies the codec
+    std::uint8_t header;   ///< high half of the first byte; identifies the codec
     std::uint8_t version;  ///< newest version that the library decodes
     std::uint64_t (*least_bytes)(std::uint64_t count, std::uint64_t stride);
     /// Decodes the stream. Returns 0 if it is valid.
@@ -61,7 +61,7 @@ constexpr Mode kModes[] = {
 };
 
 /// Decodes filter 4 of KHR_meshopt_compression, Appendix B: YCoCg with K bits, and an alpha whose
-/// highest set bit encodes K. The meshopt library has this filter only since version 0.25.
+/// highest set bit encodes K. The meshopt library lacks this filter before version 0.25.
 template <typename Unsigned, typename Signed>
 void decodeColors(std::uint8_t* bytes, std::size_t count) {
     constexpr int kMax = std::numeric_limits<Unsigned>::max();
@@ -95,7 +95,7 @@ void decodeColorFilter(void* bytes, std::size_t count, std::size_t stride) {
 
 struct Filter {
     const char* name;
-    bool any_stride;  ///< if false, only the strides that the next two members allow
+    bool any_stride;  ///< if false, the next two members give the allowed strides
     bool four, eight;
     void (*decode)(void* bytes, std::size_t count, std::size_t stride);
 };

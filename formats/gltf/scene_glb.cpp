@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Converts scenes of other formats to glTF.
+// Conversion of scenes of other formats to glTF.
 #include <algorithm>
 #include <cstring>
 
@@ -28,7 +28,7 @@ ordered_json arrayOf(const Vector& v) {
     return array;
 }
 
-/// Writes the matrix column-major, as glTF requires; leaves out the identity.
+/// Writes the matrix column-major, as glTF requires. Omits the identity.
 void setMatrix(ordered_json& node, const glm::dmat4& matrix) {
     if (matrix == glm::dmat4(1)) return;
     ordered_json& array = node["matrix"] = ordered_json::array();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decodes textures.
+// Texture decoder.
 #include "formats/gltf/gltf_decoders.h"
 
 #include <algorithm>
@@ -24,14 +24,14 @@ using namespace std::literals;
     throw Error(ErrorKind::kInput, what, "", hint);
 }
 
-/// A texture format that is recognised by its magic bytes. (OpenImageIO would try all of its
-/// readers in turn, some of which are fragile.)
+/// A texture format, recognised by its magic bytes. (OpenImageIO would try all of its readers in
+/// turn, some of which are fragile.)
 struct TextureFormat {
     const char* name;   ///< name in OpenImageIO
     const char* codec;  ///< name in messages
     std::string_view begin, at_eight;
-    /// Removes metadata that is not needed, because metadata parsers are where decoders have their
-    /// vulnerabilities; null if nothing is removed.
+    /// Removes unneeded metadata, because most vulnerabilities of decoders are in their metadata
+    /// parsers; null if nothing is removed.
     ReducedImage (*reduce)(std::span<const std::uint8_t>);
     bool in_gltf = true;  ///< whether the format is part of glTF 2.0 or an extension
     bool (*recognises)(std::span<const std::uint8_t>) =
@@ -48,8 +48,8 @@ constexpr TextureFormat kTextureFormats[] = {
     {"targa", "TGA", "", "", nullptr, false, isTga},
 };
 
-/// Returns the size that a WebP picture declares (RFC 9649 and RFC 6386), because the decoder
-/// allocates all memory before it reports the size. Returns nothing if the header is damaged.
+/// Returns the size that a WebP picture declares (RFC 9649 and RFC 6386). The decoder allocates all
+/// memory before it reports the size. Returns nothing if the header is damaged.
 std::optional<StoredImage> webpSize(std::span<const std::uint8_t> bytes) {
     constexpr std::size_t kHeader = 30;
     if (bytes.size() < kHeader) return std::nullopt;
@@ -88,7 +88,8 @@ void checkTextureSize(const StoredImage& stored, const TextureLimits& limits) {
                     "scale it down");
 }
 
-/// Expands pixels to RGBA in place, from last to first, since `rgba` begins with the stored pixels.
+/// Expands pixels to RGBA in place, from last to first, since the stored pixels are at the
+/// beginning of `rgba`.
 void expandToRgba(std::vector<std::uint8_t>& rgba, std::size_t channels) {
     for (std::size_t pixel = rgba.size() / 4; pixel-- > 0;) {
         const std::uint8_t* from = rgba.data() + pixel * channels;
@@ -129,7 +130,7 @@ DecodedTexture decodeTexture(std::span<const std::uint8_t> bytes, const std::str
             return static_cast<std::uint64_t>(stored.width) *
                    static_cast<std::uint64_t>(stored.height) * (4 + stored.channels.size());
         };
-    // The decoder decodes all of it when opening.
+    // The WebP decoder decodes all pixels when it opens the picture.
     const bool is_webp = format->name == std::string_view("webp");
     if (is_webp) {
         const auto stored = webpSize(bytes);

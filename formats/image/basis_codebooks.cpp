@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads the codebooks that the levels of a BasisLZ file share.
+// Reading of the codebooks that the levels of a BasisLZ file share.
 #include <string>
 #include <utility>
 
@@ -8,7 +8,7 @@
 namespace peeler {
 namespace {
 
-/// Splits the global data into its consecutive parts.
+/// A splitter of the global data into its consecutive parts.
 class GlobalData {
   public:
     explicit GlobalData(const Ktx2Container& file)
@@ -40,7 +40,7 @@ class GlobalData {
     std::uint64_t offset_;
 };
 
-/// Reads an "image description": where a level's slices are.
+/// Reads an "image description": the positions of a level's slices.
 std::vector<BasisSlice> readSlices(GlobalData& data, const Ktx2Level& level, bool second_plane) {
     constexpr std::uint32_t kPredictedFrame = 2;
     const std::uint64_t at = data.position();
@@ -64,8 +64,8 @@ std::vector<BasisSlice> readSlices(GlobalData& data, const Ktx2Level& level, boo
     return planes;
 }
 
-/// Reads "ETC1S Endpoint Codebooks": each endpoint is stored as its difference from the previous
-/// one. The previous value chooses the Huffman code.
+/// Reads "ETC1S Endpoint Codebooks": each endpoint is stored as the difference from the previous
+/// one, whose value chooses the Huffman code.
 std::vector<Etc1sEndpoint> readEndpoints(BitReader bits, std::size_t count) {
     const std::array<HuffmanTable, 3> color_deltas = {
         HuffmanTable::read(bits), HuffmanTable::read(bits), HuffmanTable::read(bits)};
@@ -90,7 +90,7 @@ std::vector<Etc1sEndpoint> readEndpoints(BitReader bits, std::size_t count) {
     return endpoints;
 }
 
-/// Reads "ETC1S Selector Codebooks": each selector is stored as it is, or as its difference from
+/// Reads "ETC1S Selector Codebooks": each selector is stored unchanged, or as the difference from
 /// the previous one.
 std::vector<std::uint32_t> readSelectors(BitReader bits, std::size_t count) {
     if (bits.take(2) != 0)
@@ -143,14 +143,14 @@ BasisCodebooks readBasisCodebooks(const Ktx2Container& file) {
     out.endpoints = readEndpoints(endpoint_bits, endpoints);
     out.selectors = readSelectors(selector_bits, selectors);
 
-    // "ETC1S Slice Huffman Tables".
+    // The section "ETC1S Slice Huffman Tables".
     out.predictions = HuffmanTable::read(tables);
     out.endpoint_deltas = HuffmanTable::read(tables);
     out.selector_codes = HuffmanTable::read(tables);
     out.selector_runs = HuffmanTable::read(tables);
     out.history = tables.take(13);
     if (tables.overrun()) failKtx2("the tables of BasisLZ are cut short", tables_at);
-    // The symbols of the selector code are all selectors, the entries of the history, and a run.
+    // The symbols of the selector code are the selectors, the entries of the history, and a run.
     const std::uint64_t codes = selectors + out.history + 1;
     if (out.predictions.symbols() > kBasisPredictions + 1 ||
         out.endpoint_deltas.symbols() > endpoints || out.selector_codes.symbols() > codes ||

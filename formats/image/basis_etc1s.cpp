@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decodes slices of ETC1S (KTX 2.0, "ETC1S Slice Decoding").
+// Decoder of ETC1S slices (KTX 2.0, "ETC1S Slice Decoding").
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -10,8 +10,8 @@
 namespace peeler {
 namespace {
 
-/// For each intensity, the offsets from the base colour that the four selectors mean (Khronos Data
-/// Format Specification 1.3, "Intensity modifier sets for ETC1 compressed textures").
+/// For each intensity, the offsets of the four selectors from the base colour (Khronos Data Format
+/// Specification 1.3, "Intensity modifier sets for ETC1 compressed textures").
 constexpr int kModifiers[8][4] = {{-8, -2, 2, 8},       {-17, -5, 5, 17},    {-29, -9, 9, 29},
                                   {-42, -13, 13, 42},   {-60, -18, 18, 60},  {-80, -24, 24, 80},
                                   {-106, -33, 33, 106}, {-183, -47, 47, 183}};
@@ -21,7 +21,7 @@ std::uint8_t modified(std::uint8_t base, int modifier) {
 }
 
 /// Reads a number of variable length: pieces of `piece` bits, lowest first, each followed by a bit
-/// that says whether another one follows.
+/// that is set if another piece follows.
 std::uint32_t takeLength(BitReader& bits, unsigned piece) {
     std::uint64_t value = 0;
     for (unsigned shift = 0;; shift += piece) {
@@ -33,8 +33,8 @@ std::uint32_t takeLength(BitReader& bits, unsigned piece) {
     return static_cast<std::uint32_t>(value);
 }
 
-/// Recently used selectors. A selector that is used again moves toward the front ("ETC1S
-/// Approximate Move to Front Routines").
+/// Recently used selectors. A reused selector moves toward the front ("ETC1S Approximate Move to
+/// Front Routines").
 class SelectorHistory {
   public:
     explicit SelectorHistory(std::size_t size) : values_(size), next_(size / 2) {}
@@ -55,7 +55,7 @@ class SelectorHistory {
     std::size_t next_;
 };
 
-/// Decodes the endpoint and selector indices of a slice, block by block.
+/// A decoder of a slice's endpoint and selector indices, block by block.
 class SliceReader {
   public:
     SliceReader(const BasisCodebooks& books, const BasisSlice& slice, std::size_t columns)
@@ -65,7 +65,7 @@ class SliceReader {
           pairs_((columns + 1) / 2),
           history_(books.history) {}
 
-    /// Returns the endpoint index of the next block; blocks come row by row.
+    /// Returns the endpoint index of the next block. Blocks come row by row.
     std::uint32_t nextEndpoint(std::size_t x, std::size_t y) {
         if (x % 2 == 0) predictions_ = y % 2 == 0 ? nextPredictions(x / 2) : pairs_[x / 2];
         const std::uint32_t prediction = predictions_ & 3U;
@@ -116,8 +116,8 @@ class SliceReader {
   private:
     enum : std::uint32_t { kLeft, kAbove, kAboveLeft, kDifference };
 
-    /// Returns the endpoint predictions for 2 × 2 blocks; those of the upper two are in the lower
-    /// half.
+    /// Returns the endpoint predictions for 2 × 2 blocks. The lower half has the predictions of the
+    /// upper two blocks.
     std::uint32_t nextPredictions(std::size_t pair) {
         if (prediction_run_ > 0) {
             --prediction_run_;
@@ -135,7 +135,7 @@ class SliceReader {
 
     const BasisCodebooks& books_;
     BitReader bits_;
-    std::vector<std::uint32_t> above_;  // endpoints in the row above or, left of x, in this row
+    std::vector<std::uint32_t> above_;  // endpoints of the row above or, left of x, of this row
     std::vector<std::uint8_t> pairs_;   // predictions for the blocks in odd rows
     SelectorHistory history_;
     std::uint32_t left_ = 0, above_left_ = 0;
@@ -146,7 +146,7 @@ class SliceReader {
 using EtcTexel = std::array<std::uint8_t, 4>;
 using EtcPalette = std::array<EtcTexel, 4>;
 
-/// Returns the four colours that each endpoint allows.
+/// Returns the four colours of each endpoint.
 std::vector<EtcPalette> palettesOf(const std::vector<Etc1sEndpoint>& endpoints) {
     std::vector<EtcPalette> palettes(endpoints.size());
     for (std::size_t i = 0; i < endpoints.size(); ++i)

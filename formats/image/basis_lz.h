@@ -15,8 +15,8 @@
 
 namespace peeler {
 
-/// Reads a stream of bits, least significant first. Beyond the end it reads zeros, so that not
-/// every bit needs a check; callers check overrun() now and then, and at the end.
+/// A reader of a stream of bits, least significant first. Beyond the end it reads zeros, so that
+/// not every bit needs a check. Callers check overrun() from time to time, and at the end.
 class BitReader {
   public:
     /// `offset` is the position of `bytes` in the file.
@@ -24,12 +24,12 @@ class BitReader {
         : bytes_(bytes), offset_(offset) {}
 
     /// Returns the next bits without consuming them. At least the lowest 32 are valid; the caller
-    /// masks off the rest.
+    /// masks off the others.
     std::uint64_t peek() {
         if (count_ < kAtOnce) refill();
         return bits_;
     }
-    /// Consumes bits that were peeked at.
+    /// Consumes bits returned by peek().
     void skip(unsigned count) {
         bits_ >>= count;
         count_ -= count;
@@ -41,7 +41,7 @@ class BitReader {
         return static_cast<std::uint32_t>(bits);
     }
 
-    /// Whether more bits were consumed than there are.
+    /// Whether more bits have been consumed than the stream has.
     bool overrun() const { return at_ - count_ / 8 > bytes_.size(); }
     /// Returns the position in the file of the byte that holds the next bit.
     std::uint64_t position() const { return offset_ + at_ - (count_ + 7) / 8; }
@@ -55,7 +55,8 @@ class BitReader {
                 at_ <= bytes_.size() - sizeof(std::uint64_t)) {
                 std::uint64_t next = 0;
                 std::memcpy(&next, bytes_.data() + at_, sizeof next);
-                // Bits above count_ are ORed with the same values when read again.
+                // The bits above count_ are read again later, with the same values, so ORing them
+                // twice is harmless.
                 bits_ |= next << count_;
                 const unsigned whole = (63 - count_) / 8;
                 at_ += whole;
@@ -71,7 +72,7 @@ class BitReader {
     std::uint64_t offset_;
     std::uint64_t bits_ = 0;
     unsigned count_ = 0;  ///< number of valid bits
-    std::size_t at_ = 0;  ///< index of the next byte, which may be beyond the end
+    std::size_t at_ = 0;  ///< index of the next byte; may be beyond the end
 };
 
 // Defined in huffman_table.cpp.
@@ -85,7 +86,7 @@ class HuffmanTable {
 
     /// Builds the code in which symbol i has lengths[i] bits, up to 16; 0 means that the symbol
     /// does not occur. Throws std::runtime_error (failKtx2(), with `at`) unless the code is
-    /// complete and prefix-free; a single symbol may have a code of any length.
+    /// complete and prefix-free. A single symbol may have a code of any length.
     HuffmanTable(std::span<const std::uint8_t> lengths, std::uint64_t at);
 
     /// Reads the packed lengths from a stream and builds the code. Throws like the constructor.
@@ -99,7 +100,7 @@ class HuffmanTable {
         return entry.symbol;
     }
 
-    /// Returns one more than the largest symbol that occurs; 0 if there is none.
+    /// Returns one more than the largest symbol that occurs; 0 if no symbol occurs.
     std::uint32_t symbols() const { return symbols_; }
 
   private:
@@ -109,7 +110,7 @@ class HuffmanTable {
     };
     [[noreturn]] static void fail(const BitReader& bits);
 
-    /// Indexed by the next bits: as many bits as the longest code has.
+    /// Indexed by the next bits. The number of bits is the length of the longest code.
     std::vector<Entry> entries_;
     std::uint64_t mask_ = 0;
     std::uint32_t symbols_ = 0;
@@ -123,7 +124,7 @@ struct Etc1sEndpoint {
     std::uint8_t intensity = 0;  ///< 0 to 7
 };
 
-/// The packed blocks of one plane in a mipmap level.
+/// The packed blocks of one plane of a mipmap level.
 struct BasisSlice {
     std::span<const std::uint8_t> bytes;
     std::uint64_t offset = 0;  ///< position in the file
@@ -131,23 +132,24 @@ struct BasisSlice {
 
 struct BasisCodebooks {
     std::vector<Etc1sEndpoint> endpoints;
-    /// The modifier index of each of the 16 texels, row-major, the first texel in the lowest bits.
+    /// The modifier index of each of the 16 texels, row-major, with the first texel in the lowest
+    /// bits.
     std::vector<std::uint32_t> selectors;
     /// The Huffman codes of the bitstream. Their symbols are checked to be valid indices.
     HuffmanTable predictions, endpoint_deltas, selector_codes, selector_runs;
-    std::uint32_t history = 0;  ///< number of selectors that the history holds
-    /// Slices of the largest level: colour, then an optional second one.
+    std::uint32_t history = 0;  ///< number of selectors in the history
+    /// Slices of the largest level: colour, and an optional second slice.
     std::vector<BasisSlice> planes;
 };
 
-/// The number of endpoint predictions. Their code has one more symbol, which means repetition.
+/// The number of endpoint predictions. Their code has one more symbol, for repetition.
 inline constexpr std::uint32_t kBasisPredictions = 256;
-/// The number of symbols in the Huffman code for run lengths. The last symbol means that an
-/// explicit length follows.
+/// The number of symbols in the Huffman code for run lengths. After the last symbol, an explicit
+/// length follows.
 inline constexpr std::uint32_t kBasisRuns = 64;
 
 /// Reads the codebooks. Throws std::runtime_error (failKtx2()) if data is missing, or if a slice of
-/// any level exceeds that level.
+/// any level exceeds that level's data.
 BasisCodebooks readBasisCodebooks(const Ktx2Container& file);
 
 }  // namespace peeler

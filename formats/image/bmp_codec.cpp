@@ -69,7 +69,7 @@ class BmpDecoder final : public RgbaDecoder {
     }
 
   private:
-    /// Returns the little-endian number of `size` bytes at a position.
+    /// Returns the little-endian number of `size` bytes at this position.
     std::uint32_t number(std::size_t at, std::size_t size) const {
         if (at + size > bytes_.size()) failBmp("the file ends in its header");
         std::uint32_t value = 0;
@@ -131,8 +131,8 @@ class BmpDecoder final : public RgbaDecoder {
         return {masks_[0].of(pixel), masks_[1].of(pixel), masks_[2].of(pixel), masks_[3].of(pixel)};
     }
 
-    /// Sets alpha to 255 if it is 0 everywhere, because the fourth byte is undefined unless masks
-    /// define it.
+    /// Sets alpha to 255 if it is 0 everywhere, because the fourth byte of a pixel is undefined
+    /// without masks.
     void fillUnusedAlpha(std::uint8_t* rgba) const {
         for (std::size_t i = 0; i < pixels(); ++i)
             if (rgba[4 * i + 3] != 0) return;
@@ -140,7 +140,7 @@ class BmpDecoder final : public RgbaDecoder {
             rgba[4 * i + 3] = 255;
     }
 
-    /// Decodes runs, literal pixels and jumps; the pixels that jumps skip get the palette's first
+    /// Decodes runs, literal pixels and jumps. Pixels skipped by jumps get the palette's first
     /// colour.
     void decodeRuns(std::uint8_t* rgba) const {
         for (std::size_t i = 0; i < pixels(); ++i)

@@ -16,26 +16,26 @@
 namespace peeler {
 
 /// A curve from linear Rec. 709 (scene-referred, not premultiplied) to linear display values.
-/// Results above 1 are clipped, for curves that do not end at 1.
+/// Results above 1 are clipped, since some curves do not end at 1.
 struct ToneMap {
     std::string_view name, summary;
     std::array<float, 3> (*map)(std::array<float, 3>);
 };
 /// Returns the table of tone maps; the first row is the default for display pictures.
 std::span<const ToneMap> toneMaps();
-/// Returns the tone map with this name. For an unknown name, throws Error (kUsage), which lists the
-/// names.
+/// Returns the tone map with this name. Throws Error (kUsage), with a list of the names, if the
+/// name is unknown.
 const ToneMap& findToneMap(const std::string& name);
 
-/// Applies the sRGB transfer function (IEC 61966-2-1), linear to encoded, clipped to 0–1; NaN
-/// becomes 0.
+/// Applies the sRGB transfer function (IEC 61966-2-1), linear to encoded. Clips to 0–1; NaN becomes
+/// 0.
 float encodeSrgb(float linear);
 
 /// Converts a premultiplied linear colour to straight alpha and sRGB encoding with 8 bits, as point
 /// cloud viewers expect.
 std::array<std::uint8_t, 4> displayColor(const std::array<float, 4>& color);
 
-/// A pixel as straight-alpha files hold it: linear display values, 0–1, not yet encoded.
+/// A pixel of straight-alpha files: linear display values, 0–1, not yet encoded.
 struct StraightPixel {
     std::array<float, 3> color{};
     float alpha = 0;      ///< 0–1
@@ -50,10 +50,10 @@ class Display {
 
     /// Returns the display colour for a premultiplied linear colour: premultiplied linear display
     /// values, 0–1, with the same alpha. The tone map is applied to the straight colour, C / A, as
-    /// it would be for an opaque surface, so that edges look the same at any coverage. Light that
-    /// exceeds the coverage (C > A: a reflection on clear glass, emission) has no straight colour.
-    /// Then the tone map is applied to the colour as the camera would see it over black: C / a, a =
-    /// min(1, max C).
+    /// for an opaque surface, so that edges look the same at any coverage. Light that exceeds the
+    /// coverage (C > A: a reflection on clear glass, emission) has no straight colour. Then the
+    /// tone map is applied to the colour that the camera would see over black: C / a, a = min(1,
+    /// max C).
     std::array<float, 4> shown(const std::array<float, 4>& color) const {
         const Shown s = show(color);
         return {s.area * s.color[0], s.area * s.color[1], s.area * s.color[2], color[3]};
@@ -63,12 +63,12 @@ class Display {
     /// (premultiplied linear RGBA, 0–1) and is not tone-mapped. Alpha is at most 1.
     std::array<float, 4> shownOver(const std::array<float, 4>& color,
                                    const std::array<float, 4>& background) const;
-    /// The same with coloured opacity: each channel of the background is attenuated by its own
-    /// opacity, and alpha by the mean.
+    /// Like shownOver() above, with coloured opacity: each channel of the background is attenuated
+    /// by the opacity of that channel, and its alpha by the mean opacity.
     std::array<float, 4> shownOver(const std::array<float, 4>& color,
                                    const std::array<float, 3>& opacity,
                                    const std::array<float, 4>& background) const;
-    /// The same for a pixel of a composite, with or without coloured opacity.
+    /// Like shownOver() above, for a pixel of a composite, with or without coloured opacity.
     std::array<float, 4> shownOver(const CompositeImage& composite, std::size_t pixel,
                                    const std::array<float, 4>& background) const {
         const std::array<float, 4>& color = composite.rgba[pixel];
@@ -93,23 +93,23 @@ class Display {
 /// Returns the straight-alpha pixel that comes nearest, over any background, to a premultiplied
 /// pixel D, A (display values, linear, 0–1).
 ///
-/// Where D ≤ A it is D / A with alpha A, and linear compositing gives exactly D + (1 − A)·B. Where
-/// the brightest channel p exceeds A, no straight-alpha pixel shows D over black and also
-/// attenuates B correctly: a straight colour is at most 1, so with alpha A, no more than A remains
-/// of p. Alpha must rise, which hides some of the background. Viewers and browsers composite
-/// encoded values, S·α + (1 − α)·B with S, B in sRGB. With the sRGB curve e(), the colour is S =
-/// e(D / p), and alpha is
+/// Where D ≤ A, the straight-alpha pixel is D / A with alpha A, and linear compositing gives
+/// exactly D + (1 − A)·B over a background B. Where the brightest channel p exceeds A, no
+/// straight-alpha pixel both shows D over black and attenuates B correctly: a straight colour is at
+/// most 1, so with alpha A, at most A of p is shown. Alpha must rise, which hides some of the
+/// background. Viewers and browsers composite encoded values, S·α + (1 − α)·B with S, B in sRGB.
+/// With the sRGB curve e(), the colour is S = e(D / p), and alpha is
 ///
 ///     α = A + (1 − A)·e(x) / (2 − e(least D / p)),  x = (p − A) / (1 − A).
 ///
-/// For grey light on clear glass (A = 0) this is e(p), which correctly shows e(p) over black. If
-/// alpha were p, the brightest linear channel, p·255 would be shown instead of e(p)·255 (73 of 255
-/// less at p = 0.24). For coloured light alpha is lower: over white, the dark channels lose α·(1 −
-/// S), and the divisor balances this loss against the one over black. At p = A the formula gives A,
-/// so that neighbouring pixels do not jump.
+/// For grey light on clear glass (A = 0), α is e(p), which correctly shows e(p) over black. With
+/// α = p, viewers would show p·255 instead of e(p)·255 (73 of 255 less at p = 0.24). For coloured
+/// light, α is lower than e(p): over white, the dark channels lose α·(1 − S), and the divisor
+/// balances this loss against the loss over black. At p = A, the formula gives A, so that
+/// neighbouring pixels do not jump.
 ///
-/// The worst error over 256 greys from black to white, in 1/255, encoded: with alpha A, with alpha
-/// p, with alpha as above, and the minimum over all alphas:
+/// The worst error over 256 greys from black to white, in 1/255, encoded, with four alphas: A, p,
+/// α, and the alpha with the least error:
 ///
 ///     D = 0.05 grey, A = 0              63     50     22     14
 ///     D = 0.18 grey, A = 0             117     72     21     13
@@ -119,12 +119,12 @@ class Display {
 ///     D = 0.18, 0, 0,       A = 0      117     72     60     59
 ///
 /// A program that composites in linear light shows such a pixel too bright over black: e(p) instead
-/// of p, an error of 63 of 255 at p = 0.18. (With alpha p it would be exact there.) Such programs
-/// should read OpenEXR, which keeps D and A unchanged.
+/// of p, an error of 63 of 255 at p = 0.18. (With alpha p, linear compositing would be exact.) Such
+/// programs should read OpenEXR, which keeps D and A unchanged.
 StraightPixel straightPixel(const std::array<float, 4>& shown);
 
-/// Meters the light of a picture, band by band, for automatic exposure. It keeps a histogram, so
-/// the result depends neither on the bands nor on the order of pixels.
+/// A light meter for automatic exposure, which receives a picture band by band. It keeps a
+/// histogram, so the result does not depend on the bands or on the order of pixels.
 ///
 /// Each pixel is weighted by its alpha in 1/255, and sorted into bins of 1/64 stop by the luminance
 /// of its straight colour. There are two targets: a log-average of 0.18 (Reinhard et al.,
@@ -140,13 +140,13 @@ class ExposureMeter {
 
     /// Returns the exposure in stops, −20 to 20; 0 if there is no light.
     float stops() const;
-    /// Returns stops() if the picture would be unusable without it (98th percentile above 4 or
-    /// below 1/64), else 0. For pictures whose lighting is unknown.
+    /// Returns stops() if the picture is unusable at 0 stops (98th percentile above 4 or below
+    /// 1/64), else 0. For pictures with unknown lighting.
     float stopsIfNeeded() const;
 
   private:
-    /// Returns log2 of the luminance that `share` of the picture does not exceed; −inf if there is
-    /// no light.
+    /// Returns log2 of the luminance that a `share` of the picture does not exceed; −inf if there
+    /// is no light.
     double percentile(double share) const;
     /// Returns log2 of the luminance in the middle of a bin.
     static double stopsOf(std::size_t step) {
@@ -159,7 +159,7 @@ class ExposureMeter {
         std::vector<std::uint64_t>(std::size_t{kStepsAStop} * kStops);
 };
 
-/// Whether the view is only a part of a picture (a tile, a crop), which must have the exposure of
+/// Whether the view is only a part of a picture (a tile, a crop), and so must have the exposure of
 /// the whole picture.
 bool isPart(const View& view);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Turns a flat picture into an environment, and checks its values.
+// Conversion of a flat picture to an environment, and checks of its values.
 #include "formats/image/environment_file.h"
 
 #include <algorithm>
@@ -35,7 +35,7 @@ void warnOf(const std::string& path, const std::string& note, ReadWarnings& warn
     warnings.warn("The environment \"" + path + "\": " + note + ".", path);
 }
 
-/// Returns an attribute's value; reads only as many bytes as the type has.
+/// Returns an attribute's value. Reads only as many bytes as the type has.
 template <class Value>
 Value valueOf(const RegularFile& file, const ExrHeaders::Attribute& attribute) {
     Value value{};
@@ -45,7 +45,7 @@ Value valueOf(const RegularFile& file, const ExrHeaders::Attribute& attribute) {
     return value;
 }
 
-/// Rejects cube maps; warns of primaries other than Rec. 709 and of parts that are not read.
+/// Rejects cube maps. Warns about primaries other than Rec. 709 and about parts that are not read.
 void checkExrEnvironment(const std::string& path, ReadWarnings& warnings) {
     constexpr std::uint8_t kCube = 1;  // ImfEnvmap.h
     constexpr std::array<float, 8> kRec709 = {0.64F, 0.33F, 0.3F,    0.6F,
@@ -72,7 +72,7 @@ void checkExrEnvironment(const std::string& path, ReadWarnings& warnings) {
         warnOf(path, "it has " + std::to_string(parts) + " parts; the first one is used", warnings);
 }
 
-/// Warns if the picture does not have the shape of an equirectangular one.
+/// Warns unless the picture has the shape of an equirectangular one, twice as wide as high.
 void checkShape(const Environment& environment, const std::string& path, ReadWarnings& warnings) {
     constexpr int kRounding = 2;  // pixels
     if (std::abs(environment.width - 2 * environment.height) <= kRounding) return;
@@ -129,7 +129,7 @@ Environment readEnvironment(const std::string& path, ReadWarnings& warnings,
             }
         }
     }
-    constexpr float kRinging = -0.01F;  // sharpening filters may go down to this
+    constexpr float kRinging = -0.01F;  // sharpening filters may produce values down to this
     if (least < kRinging) warnOf(path, "it has negative numbers; they are taken as 0", warnings);
     environment.content_hash = hashOf(environment);
     return environment;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Environments: read from equirectangular pictures (Radiance .hdr and OpenEXR), or built in.
+// Environments: readers of equirectangular pictures (Radiance .hdr and OpenEXR), and the built-in
+// studio.
 #pragma once
 
 #include <cstdint>
@@ -15,16 +16,16 @@ struct EnvironmentLimits {
     std::uint64_t max_bytes = std::uint64_t{2} << 30;  ///< maximum decoded size, 16 bytes per pixel
 };
 
-/// Reads an equirectangular picture (of OpenEXR, the first part) as linear Rec. 709 radiance,
+/// Reads an equirectangular picture (in OpenEXR, the first part) as linear Rec. 709 radiance,
 /// row-major, top to bottom, over the whole display window. Pixels outside the data window are
 /// black, negative values become 0, and alpha is ignored. The first bytes decide the format.
 /// Settings in the file that are not supported become warnings. Throws Error (kInput) if the file
-/// has another format, is a cube map, exceeds the limits or has values that are not finite (names
-/// the pixel), and Error (kMemory) if memory runs out.
+/// has another format, is a cube map, exceeds the limits or has a value that is not finite (with
+/// the pixel's coordinates), and Error (kMemory) if memory runs out.
 Environment readEnvironment(const std::string& path, ReadWarnings& warnings,
                             const EnvironmentLimits& limits = {});
 
-/// The name of the built-in environment, embeddedStudio(). (A file with that name is "./studio".)
+/// The name of the built-in environment, embeddedStudio(). (A file of this name is "./studio".)
 inline constexpr const char* kStudioName = "studio";
 
 /// Returns the built-in environment, with a hash of its content.

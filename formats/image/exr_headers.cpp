@@ -72,9 +72,9 @@ bool ExrHeaders::nextAttribute(Attribute& attribute) {
     return true;
 }
 
-// Whether a value has the size that its type requires. This matters because OpenEXR's classes read
-// a value by its content and ignore the declared size: after a wrong one, they would read names and
-// sizes that were never checked.
+// Whether a value has the size that its type requires. OpenEXR's classes read a value by its
+// content and ignore the declared size, so after a wrong size they would read names and sizes that
+// nothing has checked.
 bool ExrHeaders::fitsType(const Attribute& attribute) {
     for (const FixedType& type : kFixedTypes)
         if (type.name == attribute.type) return attribute.size == type.bytes;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checks OpenEXR headers as raw bytes before a library reads them, because the time that OpenEXR
-// takes per attribute grows with their number (OpenEXRCore 3.1 takes a minute for a million), and
-// because its classes allocate whatever size an attribute declares.
+// Checks of OpenEXR headers as raw bytes before a library reads them. OpenEXR's time per attribute
+// grows with the number of attributes (OpenEXRCore 3.1 takes a minute for a million), and its
+// classes allocate any size that an attribute declares.
 #pragma once
 
 #include <array>
@@ -14,9 +14,9 @@
 namespace peeler {
 
 /// An iterator over the attributes in all headers ("OpenEXR File Layout", Header), part by part.
-/// All members throw Error (kInput) if the headers are invalid: a name is longer than 255 bytes, a
-/// value exceeds the file or has the wrong size for its type, or there are more parts or attributes
-/// than any program writes.
+/// All members throw Error (kInput) if the headers are invalid: if a name is longer than 255 bytes,
+/// if a value exceeds the file or has the wrong size for its type, or if there are more parts or
+/// attributes than any program writes.
 class ExrHeaders {
   public:
     static constexpr std::uint64_t kBegin = 8;  ///< offset of the first header
@@ -26,17 +26,18 @@ class ExrHeaders {
         std::uint64_t place = 0, size = 0;  ///< position and size of the value in the file
     };
 
-    /// `file` must be open and outlive this; `path` is used in messages.
+    /// `file` must be open and outlive this object; `path` is its name in messages.
     ExrHeaders(const RegularFile& file, std::string path);
 
     bool multiPart() const { return multi_part_; }
-    /// Moves to the first or next part's header; every file has at least one. Call it only at the
-    /// beginning, or after nextAttribute() has returned false. Returns false after the last part.
+    /// Moves to the header of the first or next part. Every file has at least one. Call it only at
+    /// the beginning, or after nextAttribute() has returned false. Returns false after the last
+    /// part.
     bool nextPart();
-    /// Reads the next attribute of the part; returns false after the last one.
+    /// Reads the next attribute of the part. Returns false after the last one.
     bool nextAttribute(Attribute& attribute);
-    /// Returns the position of the next byte in the file. Once nextPart() has returned false, that
-    /// is the end of the headers.
+    /// Returns the position of the next byte in the file: the end of the headers after nextPart()
+    /// has returned false.
     std::uint64_t place() const { return place_; }
 
   private:
@@ -52,13 +53,13 @@ class ExrHeaders {
     std::string path_;
     bool multi_part_ = false;
     int parts_ = 0, attributes_ = 0;
-    std::uint64_t place_ = 4;  ///< starts after the magic number
+    std::uint64_t place_ = 4;  ///< after the magic number
     std::uint64_t block_begin_ = 0;
     std::size_t block_size_ = 0;
     std::array<char, 1 << 16> block_{};
 };
 
-/// Checks a file's headers: throws Error (kInput) like ExrHeaders, but accepts any file that is not
+/// Checks a file's headers. Throws Error (kInput) like ExrHeaders, but accepts any file that is not
 /// OpenEXR. `file` must be open.
 void checkExrHeaders(const RegularFile& file, const std::string& path);
 

@@ -18,16 +18,16 @@ struct FlatImageLimits {
 struct FlatImage {
     CompositeImage image;  ///< linear Rec. 709, premultiplied; z is +inf
     /// The size of the display window in pixels, and whether the file places the image in it (as
-    /// EXR does). If not, the image's window has the same size and starts at (0, 0).
+    /// EXR does). If not, the image's window has this size and starts at (0, 0).
     int width = 0, height = 0;
     bool placed = false;
-    /// Features of the file that are not shown, each as a clause: "it is animated; …".
+    /// Features of the file that are not shown, as clauses like "it is animated; …".
     std::vector<std::string> notes{};
 };
 
-/// Reads a picture. Integer samples in PNG, JPEG and TIFF are taken as sRGB, floating-point ones as
-/// linear; profiles are ignored. Grey becomes R = G = B, missing alpha becomes 1. Rows run from top
-/// to bottom and pixels from left to right, after applying the orientation in Exif, TIFF or
+/// Reads a picture. Integer samples in PNG, JPEG and TIFF are read as sRGB, floating-point samples
+/// as linear; profiles are ignored. Grey becomes R = G = B, missing alpha becomes 1. Rows run from
+/// top to bottom and pixels from left to right, after applying the orientation in Exif, TIFF or
 /// Radiance. For OpenEXR files, reads the channels R, G, B, A (or Y) of the first part. Throws
 /// Error (kInput) if the file is not such a picture, is deep, is damaged or exceeds the limits, and
 /// Error (kMemory) if memory runs out.

@@ -7,7 +7,7 @@
 namespace peeler {
 namespace {
 
-// The font, from the file that write_font.cpp writes.
+// The font, a file written by write_font.cpp.
 asm(".pushsection .rodata\n"
     ".globl peeler_font\n"
     "peeler_font:\n"

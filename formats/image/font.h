@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Text in pictures, in DejaVu Sans Mono. FreeType rasterises the font when peeler is built, because
-// machines of render farms have no fonts.
+// the machines of render farms have no fonts.
 #pragma once
 
 #include <array>
@@ -25,8 +25,8 @@ void drawText(CompositeImage& picture, int x, int y, int scale, const std::array
 
 /// The first and last character of the font.
 inline constexpr char kFirstGlyph = ' ', kLastGlyph = '~';
-/// The number of rows of a glyph, in dots: those above the capitals, and all of them. Brackets rise
-/// above the capitals, and some letters descend below the baseline.
+/// The number of rows of a glyph above the capitals, and in total, in dots. Brackets rise above the
+/// capitals, and some letters descend below the baseline.
 inline constexpr int kGlyphTop = 1, kGlyphRows = 11;
 
 /// The coverage of each pixel of a glyph at scale S, row by row, as 0 to 255.
@@ -35,7 +35,7 @@ using Glyph = std::array<std::array<std::uint8_t, S * kTextAdvance>, S * kGlyphR
 template <std::size_t S>
 using Glyphs = std::array<Glyph<S>, kLastGlyph - kFirstGlyph + 1>;
 
-/// The font as write_font.cpp writes it: a memory image.
+/// The font as a memory image, written by write_font.cpp.
 struct Font {
     Glyphs<1> one;
     Glyphs<2> two;

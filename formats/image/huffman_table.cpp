@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads the Huffman codes of BasisLZ.
+// Reader of the Huffman codes of BasisLZ.
 #include <algorithm>
 #include <array>
 
@@ -10,8 +10,8 @@ namespace {
 
 constexpr unsigned kMostCodeBits = 16;
 
-/// Reverses the bits of a code, because codes are stored highest bit first, everything else lowest
-/// bit first.
+/// Reverses the bits of a code. Codes are stored highest bit first, all other data lowest bit
+/// first.
 std::uint32_t reversedCode(std::uint32_t code, unsigned length) {
     std::uint32_t out = 0;
     for (unsigned i = 0; i < length; ++i)
@@ -19,7 +19,7 @@ std::uint32_t reversedCode(std::uint32_t code, unsigned length) {
     return out;
 }
 
-/// A symbol, in the code for code lengths, that means a run: of zeros, or of the previous length.
+/// A symbol, in the code for code lengths, for a run of zeros or of the previous length.
 struct LengthRun {
     std::uint32_t symbol;
     bool zeros;

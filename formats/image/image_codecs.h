@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Built-in image codecs, whose libraries load within a millisecond. PNG (ISO/IEC 15948) uses
-// libspng and zlib; JPEG (ITU-T T.81) uses TurboJPEG, the API of libjpeg-turbo; KTX 2.0 has code of
-// our own, with libzstd and libdeflate. BMP and TGA also have code of our own, since OpenImageIO
-// 2.4 reads beyond its buffers if files are damaged (CVE-2023-22845, CVE-2023-24473).
+// libspng and zlib; JPEG (ITU-T T.81) uses TurboJPEG, the API of libjpeg-turbo. KTX 2.0 is decoded
+// by peeler's own code, with libzstd and libdeflate. BMP and TGA also have their own code here,
+// since OpenImageIO 2.4 reads beyond its buffers if files are damaged (CVE-2023-22845,
+// CVE-2023-24473).
 #pragma once
 
 #include <cstddef>
@@ -19,7 +20,7 @@
 namespace peeler {
 
 /// Returns a decoder of any PNG. Grey with fewer than 8 bits is expanded to 8, palette indices to
-/// colours, and transparent colours to alpha. Pixel memory is allocated only by read(). Throws
+/// colours, and transparent colours to alpha. Only read() allocates pixel memory. Throws
 /// std::runtime_error.
 std::unique_ptr<ImageDecoder> pngDecoder(const std::string& path,
                                          std::span<const std::uint8_t> bytes);
@@ -30,23 +31,23 @@ std::unique_ptr<ImageEncoder> pngEncoder();
 /// Returns the encoder's peak memory, in bytes, for a picture of `picture` bytes.
 std::uint64_t pngEncoderBytes(std::uint64_t picture);
 
-/// Returns a decoder of grey, colour and CMYK, which it converts to RGB. Pixel memory is allocated
-/// only by read(). Returns null for files that are left to the module of image_library.h: unusual
-/// subsampling, damaged headers, and files without `bytes`, whose description may be in Exif. The
-/// module also decodes files with damaged pixels, which get a note when they are read. Throws
-/// std::bad_alloc.
+/// Returns a decoder of grey, colour and CMYK, which it converts to RGB. Only read() allocates
+/// pixel memory. Returns null for files that only the module of image_library.h can decode: files
+/// with unusual subsampling or damaged headers, and files without `bytes`, whose description may be
+/// in Exif. The module also decodes files with damaged pixels; they get a note when they are read.
+/// Throws std::bad_alloc.
 std::unique_ptr<ImageDecoder> jpegDecoder(const std::string& path,
                                           std::span<const std::uint8_t> bytes);
 
 /// Returns a decoder of the largest level of a 2D texture, always to RGBA with straight alpha:
-/// UASTC and ETC1S, as in KHR_texture_basisu, and 8-bit RGB and RGBA. Requires `bytes`. Pixel
-/// memory is allocated only by read(). Throws std::runtime_error.
+/// UASTC and ETC1S, as in KHR_texture_basisu, and 8-bit RGB and RGBA. Requires `bytes`. Only read()
+/// allocates pixel memory. Throws std::runtime_error.
 std::unique_ptr<ImageDecoder> ktx2Decoder(const std::string& path,
                                           std::span<const std::uint8_t> bytes);
 
 /// Return decoders of BMP (Microsoft, "Bitmap Storage") and TGA (Truevision, "TGA File Format
-/// Specification", version 2.0), always to RGBA with straight alpha. Require `bytes`. Pixel memory
-/// is allocated only by read(). Throw std::runtime_error.
+/// Specification", version 2.0), always to RGBA with straight alpha. They require `bytes`. Only
+/// read() allocates pixel memory. Throw std::runtime_error.
 std::unique_ptr<ImageDecoder> bmpDecoder(const std::string& path,
                                          std::span<const std::uint8_t> bytes);
 std::unique_ptr<ImageDecoder> tgaDecoder(const std::string& path,
@@ -70,8 +71,8 @@ To convertedSample(From sample) {
     }
 }
 
-/// Converts the channels [begin, end) of pixels that have `channels` channels each. `to` must have
-/// room for pixels · (end − begin) samples.
+/// Converts the channels [begin, end) of pixels with `channels` channels each. `to` must have room
+/// for pixels · (end − begin) samples.
 template <class To, class From>
 void convertSamples(const From* from, std::size_t pixels, std::size_t channels, std::size_t begin,
                     std::size_t end, To* to) {

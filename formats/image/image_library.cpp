@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Chooses between built-in codecs and the module, which it loads.
+// Choice between built-in codecs and the OpenImageIO module, and loading of the module.
 #include "formats/image/image_library.h"
 
 #include <atomic>
@@ -19,7 +19,7 @@ const ImageLibrary* loaded_library = nullptr;
 int wanted_threads = 0;               ///< 0 if not set
 std::atomic<int> most_megabytes = 0;  ///< 0 if not set
 
-/// A format with built-in codecs. If `decoder` returns null, the module has to decode the file.
+/// A format with built-in codecs. If `decoder` returns null, the module decodes the file.
 struct BuiltIn {
     std::string_view format;
     std::unique_ptr<ImageDecoder> (*decoder)(const std::string&, std::span<const std::uint8_t>);
@@ -32,7 +32,8 @@ constexpr BuiltIn kBuiltIn[] = {
     {"targa", tgaDecoder, nullptr, nullptr},
 };
 
-/// Checks the size limit here, because OpenImageIO's own limit may be shared with a host program.
+/// Checks the size limit. OpenImageIO's own limit cannot be used, because a host program may share
+/// it.
 std::unique_ptr<ImageDecoder> checked(std::unique_ptr<ImageDecoder> decoder) {
     const StoredImage& image = decoder->image();
     const std::uint64_t bytes = static_cast<std::uint64_t>(image.width) *
@@ -80,7 +81,7 @@ std::unique_ptr<ImageEncoder> imageEncoder(const std::string& format) {
 }
 
 std::uint64_t imageEncoderBytes(const std::string& format, std::uint64_t picture) {
-    // For OpenImageIO 2.4 in Debian 12 with its dependencies, 96 to 110 MB were measured.
+    // OpenImageIO 2.4 in Debian 12 takes 96 to 110 MB with its dependencies.
     constexpr std::uint64_t kLibraryBytes = std::uint64_t{112} << 20;
     for (const BuiltIn& row : kBuiltIn)
         if (row.format == format && row.encoder) return row.encoder_bytes(picture);
@@ -89,7 +90,7 @@ std::uint64_t imageEncoderBytes(const std::string& format, std::uint64_t picture
 }
 
 std::uint64_t sharedEncoderBytes(const std::string& format, std::uint64_t picture) {
-    // Half of a built-in encoder's memory (rows and filtered data) belongs to the single encoder;
+    // Half of a built-in encoder's memory (rows and filtered data) belongs to that encoder alone;
     // the other half is shared.
     const std::uint64_t all = imageEncoderBytes(format, picture);
     for (const BuiltIn& row : kBuiltIn)

@@ -14,7 +14,7 @@
 
 namespace peeler {
 
-/// The properties of a picture that are known before its pixels are decoded.
+/// The properties of a picture that are known before decoding its pixels.
 struct StoredImage {
     int x = 0, y = 0, width = 0, height = 0, depth = 1;           ///< data window
     int full_x = 0, full_y = 0, full_width = 0, full_height = 0;  ///< display window
@@ -25,25 +25,25 @@ struct StoredImage {
     std::string description{};
     std::string codec{};         ///< for formats with several codecs
     std::optional<bool> srgb{};  ///< whether a KTX2 declares sRGB (true) or linear (false)
-    int orientation = 1;         ///< of the rows, as in TIFF; 1 means from the top, from the left
-    /// Features of the file that are not shown, each as a clause: "it is animated; …". Damaged
-    /// pixels are noted only once they are read.
+    int orientation = 1;         ///< of the rows, as in TIFF; 1: top to bottom, left to right
+    /// Features of the file that are not shown, as clauses like "it is animated; …". Damaged pixels
+    /// are noted only when they are read.
     std::vector<std::string> notes{};
 };
 
-/// An open file. Members throw std::runtime_error with the library's message.
+/// An open file. Its members throw std::runtime_error with the library's message.
 class ImageDecoder {
   public:
     virtual ~ImageDecoder() = default;
     virtual const StoredImage& image() const = 0;
     /// Decodes the channels [begin, end) of all pixels, row-major, top to bottom, into `samples`,
-    /// which must have room for them: as floats, with the full range of an integer as 0 to 1, or as
-    /// 8-bit integers.
+    /// which must have room for them. Samples are floats, with the full range of an integer as 0 to
+    /// 1, or 8-bit integers.
     virtual void read(int begin, int end, float* samples) = 0;
     virtual void read(int begin, int end, std::uint8_t* samples) = 0;
 };
 
-/// The file that an encoder writes to. Members must not throw, since some encoders call them from
+/// The file to which an encoder writes. Members must not throw, since some encoders call them from
 /// C. writeAt() and readAt() return the number of bytes transferred.
 class EncodedFile {
   public:
@@ -63,14 +63,14 @@ struct ImageToEncode {
     bool srgb = false;          ///< whether the file declares sRGB
 };
 
-/// An encoder. Members throw std::runtime_error with the library's message.
+/// An encoder. Its members throw std::runtime_error with the library's message.
 class ImageEncoder {
   public:
     virtual ~ImageEncoder() = default;
     virtual bool keepsAlpha() const = 0;
     /// `file` must outlive the encoder.
     virtual void open(const ImageToEncode& image, EncodedFile& file) = 0;
-    /// Encodes the rows [begin, end), which must come in order, top to bottom. `samples` has their
+    /// Encodes the rows [begin, end). Rows must come in order, top to bottom. `samples` has their
     /// pixels, channels interleaved, in the format given by ImageToEncode.
     virtual void writeRows(int begin, int end, const void* samples) = 0;
     virtual void close() = 0;
@@ -81,7 +81,7 @@ class ImageEncoder {
 class ImageLibrary {
   public:
     virtual ~ImageLibrary() = default;
-    /// Returns a decoder, as imageDecoder() below does.
+    /// Returns a decoder, like imageDecoder() below.
     virtual std::unique_ptr<ImageDecoder> decoder(
         const std::string& format, const std::string& path,
         std::span<const std::uint8_t> bytes = {}) const = 0;
@@ -91,31 +91,32 @@ class ImageLibrary {
     virtual void setThreads(int threads) const = 0;
 };
 
-/// Returns the module's library, which the first call loads. Throws Error (kInternal) if it cannot
-/// be loaded.
+/// Returns the module's library. The first call loads the module. Throws Error (kInternal) if it
+/// cannot be loaded.
 const ImageLibrary& imageLibrary();
 
 /// Limits the number of threads (at least 1, including the caller's) of OpenImageIO, and of OpenEXR
-/// as used by OpenImageIO, now or when the module is loaded. Our own EXR code uses parallelFor()
-/// instead, and OpenVDB gets its limit with each call. Call this before the first file is opened.
+/// as used by OpenImageIO, now or when the module is loaded. peeler's own EXR code uses
+/// parallelFor() instead, and OpenVDB gets its limit with each call. Call this before the first
+/// file is opened.
 void setLibraryThreads(int threads);
 
-/// Limits the size of all pictures decoded from now on, by built-in decoders and the module.
+/// Limits the size of all pictures decoded after this call, by built-in decoders and the module.
 void limitDecodedSize(int megabytes);
 
 /// Returns a decoder of the picture at `path`, or in `bytes` (which must outlive the decoder) if
-/// not empty: a built-in one, or else the module's. Straight alpha stays straight. Throws
+/// not empty. Prefers built-in decoders to the module's. Straight alpha stays straight. Throws
 /// std::runtime_error, or Error like imageLibrary().
 std::unique_ptr<ImageDecoder> imageDecoder(const std::string& format, const std::string& path,
                                            std::span<const std::uint8_t> bytes = {});
 std::unique_ptr<ImageEncoder> imageEncoder(const std::string& format);
 
-/// Returns roughly how many bytes the resident memory grows by while imageEncoder() of that format
-/// encodes a picture of `picture` bytes: the encoder's own memory, and that of the module unless
-/// the encoder is built in or the module already loaded.
+/// Returns the approximate growth of the resident memory, in bytes, while imageEncoder() of this
+/// format encodes a picture of `picture` bytes. It consists of the encoder's memory and, unless the
+/// encoder is built in or the module is loaded, the module's.
 std::uint64_t imageEncoderBytes(const std::string& format, std::uint64_t picture);
-/// Returns the part of imageEncoderBytes() that encoders share if they take turns: the module, and
-/// the buffers for the rows being encoded.
+/// Returns the part of imageEncoderBytes() that encoders share if they take turns: the memory of
+/// the module, and the buffers for the rows being encoded.
 std::uint64_t sharedEncoderBytes(const std::string& format, std::uint64_t picture);
 
 /// The type of the function that the module exports as kImageModuleFunction.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Removes metadata chunk by chunk, or segment by segment.
+// Removal of metadata chunk by chunk, or segment by segment.
 #include "formats/image/image_metadata.h"
 
 #include <libdeflate.h>
@@ -26,9 +26,9 @@ std::uint32_t bigEndian(std::span<const std::uint8_t> bytes, std::size_t offset,
     return value;
 }
 
-/// Whether the scans of a JPEG end with an EOI marker. Rejects JPEGs with too many scans, because a
-/// scan of a few bytes still takes a pass over all blocks; encoders write ten. In a scan, 0xFF
-/// precedes a marker or a zero.
+/// Whether the scans of a JPEG end with an EOI marker. Rejects JPEGs with too many scans, because
+/// even a scan of a few bytes takes a pass over all blocks; encoders write ten scans. In a scan,
+/// 0xFF precedes a marker or a zero.
 bool scansEnd(std::span<const std::uint8_t> scans) {
     constexpr int kMostScans = 100;
     constexpr std::uint8_t kStartOfScan = 0xDA, kEndOfImage = 0xD9;
@@ -54,7 +54,7 @@ std::string_view textOf(std::span<const std::uint8_t> bytes) {
     return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-/// Returns the orientation in Exif data, which is a TIFF (CIPA DC-008, 4.6); 1 if it has none.
+/// Returns the orientation in Exif data, which is a TIFF (CIPA DC-008, 4.6); 1 if missing.
 int exifOrientation(std::span<const std::uint8_t> exif) {
     constexpr std::string_view kPrefix("Exif\0\0", 6);
     constexpr std::size_t kHeader = 8, kEntry = 12;

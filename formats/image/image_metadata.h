@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Removes metadata: reduces PNG, JPEG and WebP files to the data that their pixels need.
+// Removal of metadata: reduces PNG, JPEG and WebP files to the data that their pixels need.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace peeler {
 
-/// A file without metadata, and the facts from the metadata that affect how the picture is shown.
+/// A file without metadata, and the metadata that affects the display of the picture.
 struct ReducedImage {
     std::vector<std::uint8_t> bytes;
     int orientation = 1;               ///< as in Exif (TIFF 6.0, "Orientation"); 1 means as stored
@@ -17,15 +17,15 @@ struct ReducedImage {
 };
 
 /// Reduces a PNG (ISO/IEC 15948) to its critical chunks and tRNS. A texture's colour profile, gamma
-/// and texts are not used (glTF 2.0 §3.8.3), their parsers are where decoders have vulnerabilities,
-/// and libpng prints complaints about them to stderr. Throws Error (kInput) with an empty `where`
-/// if chunks are truncated or have wrong checksums.
+/// and texts are not used (glTF 2.0 §3.8.3). Most vulnerabilities of decoders are in the parsers of
+/// such metadata, and libpng complains about metadata on stderr. Throws Error (kInput) with an
+/// empty `where` if chunks are truncated or have wrong checksums.
 ReducedImage withoutPngMetadata(std::span<const std::uint8_t> bytes);
 
 /// Removes Exif, IPTC, profiles and comments from a JPEG (ITU-T T.81), for the same reasons.
-/// Adobe's APP14 stays, since it defines the colour encoding. If the pixel data is cut off, `notes`
-/// says so, since libjpeg fills the missing pixels with grey. Throws Error (kInput) with an empty
-/// `where` if the file ends before the pixels or has damaged markers.
+/// Adobe's APP14 stays, since it defines the colour encoding. If the pixel data is truncated, adds
+/// a note to `notes`, since libjpeg fills the missing pixels with grey. Throws Error (kInput) with
+/// an empty `where` if the file ends before the pixels or has damaged markers.
 ReducedImage withoutJpegMetadata(std::span<const std::uint8_t> bytes);
 
 /// Removes Exif, XMP, profiles and unknown chunks from a WebP (RFC 9649), for the same reasons. For

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tone-maps, quantises and encodes rows, and writes them to an AtomicFile.
+// Tone mapping, quantisation and encoding of rows, which go to an AtomicFile.
 #include "formats/image/image_writer.h"
 
 #include <algorithm>
@@ -44,7 +44,7 @@ std::uint8_t quantizeSrgb(float linear) {
     return bytes(linear);
 }
 
-constexpr int kEncodedRows = 64;  // number of rows per call of the encoder
+constexpr int kEncodedRows = 64;  // rows per call of the encoder
 
 }  // namespace
 
@@ -56,8 +56,8 @@ SizeForecast imageForecast(const std::string& path, std::uint64_t pixels) {
     return {bytes + bytes / 1000 + kHeaders, Certainty::kAtMost};
 }
 
-/// Writes an encoder's output to an AtomicFile, so that a full disk is noticed at once and reported
-/// as for every other format. Exceptions are kept in `failure`.
+/// An adapter that writes an encoder's output to an AtomicFile, so that a full disk is noticed at
+/// once and reported as for every other format. Keeps exceptions in `failure`.
 class AtomicTarget final : public EncodedFile {
   public:
     explicit AtomicTarget(AtomicFile& file) : file_(file) {}
@@ -79,7 +79,7 @@ class AtomicTarget final : public EncodedFile {
     }
 
     std::exception_ptr failure;
-    bool discards = false;  ///< if set, writes do nothing and succeed
+    bool discards = false;  ///< whether writes succeed without writing anything
 
   private:
     template <class F>
@@ -96,12 +96,12 @@ class AtomicTarget final : public EncodedFile {
     AtomicFile& file_;
 };
 
-/// The open file. `target` and `encoder` refer to `file`, so the order of members matters.
+/// The open file. The order of members matters, since `target` and `encoder` refer to `file`.
 struct ImageWriter::Output {
     explicit Output(const std::string& path) : file(path), target(file) {}
     ~Output() { abandon(); }
 
-    /// Runs `action`. If a disk error made the encoder fail, throws the disk error.
+    /// Runs `action`. If a disk error makes the encoder fail, throws the disk error.
     template <class F>
     void checked(F&& action) {
         std::string problem;
@@ -128,7 +128,7 @@ struct ImageWriter::Output {
     AtomicTarget target;
     std::unique_ptr<ImageEncoder> encoder;
     ImageToEncode image{};  ///< height 0 until encoding has begun
-    int next_row = 0;       ///< next row to be written; 0 is the top of the crop
+    int next_row = 0;       ///< next row to be written, from the top of the crop
     std::vector<std::byte> pixels;
 };
 
@@ -203,7 +203,7 @@ void ImageWriter::Output::abandon() noexcept {
         for (; next_row < image.height; ++next_row)
             encoder->writeRows(next_row, next_row + 1, black.data());
         encoder.reset();
-    } catch (...) {  // the picture is lost in any case, and the reason is already being reported
+    } catch (...) {  // the picture is lost, and its error is already being reported
     }
 }
 
@@ -284,7 +284,7 @@ ImageWriter::~ImageWriter() = default;
 
 void ImageWriter::begin(const Plan& plan) {
     const StageTimer timer(times_, "encode");
-    // Create the encoder first, so that no file is created if there is no encoder.
+    // Create the encoder before the file, so that no file is created without an encoder.
     auto encoder = imageEncoder(std::string(format_->name));
     output_ = std::make_unique<Output>(path_);
     Output& output = *output_;
@@ -302,9 +302,9 @@ void ImageWriter::begin(const Plan& plan) {
     image.bits = format_->bits;
     image.software = "peeler " + options_.provenance.version;
     image.description = outputHashText(options_.provenance.output_hash);
-    // Not for TIFF: there, this would become an Exif directory, which OpenImageIO 2.4.7 links
-    // wrongly when it writes through a proxy, so that the file is unreadable. TIFF is read as sRGB
-    // in any case.
+    // Not for TIFF, where this would become an Exif directory. OpenImageIO 2.4.7 links such a
+    // directory wrongly when it writes through a proxy, which makes the file unreadable. TIFF is
+    // read as sRGB in any case.
     image.srgb = format_->name != "tiff";
     output.checked([&] { output.encoder->open(image, output.target); });
     output.image = image;

@@ -33,29 +33,29 @@ std::span<const ImageFormat> imageFormats();
 /// Returns the row for a path's extension; null if the table has none.
 const ImageFormat* findImageFormat(const std::string& path);
 
-/// Returns the maximum file size for a number of pixels, since compression adds at most a
-/// thousandth. The path's extension must be in the table.
+/// Returns the maximum file size for a number of pixels. Compression adds at most a thousandth. The
+/// path's extension must be in the table.
 SizeForecast imageForecast(const std::string& path, std::uint64_t pixels);
 
 /// The meaning of alpha in a file.
 enum class PictureAlpha : std::uint8_t {
     kOpacity,  ///< opacity over the background
     /// Whether a pixel has any fragment: 255 if so, otherwise 0 and black. The picture is then over
-    /// black instead of the background, and a pixel with a fragment is never fully black: (0, 0, 0)
-    /// becomes (1, 1, 1). Hence alpha and colour give the same mask.
+    /// black instead of the background. A pixel with a fragment is never fully black, since (0, 0,
+    /// 0) becomes (1, 1, 1). So alpha and colour give the same mask.
     kAnyFragment
 };
 
 /// A writer of the picture's crop: all layers composited over the background, with the display
-/// transform of `options` (Display), sRGB-encoded, in the format that the path's extension chooses.
-/// PNG and TIFF have straight alpha (straightPixel()). JPEG has no alpha, so transparent areas
-/// become black. For automatic exposure the composite is kept until finish(), 16 bytes per pixel
-/// (28 with coloured opacity), and then metered; a part of a picture is not metered, so that the
-/// parts match.
+/// transform of `options` (Display), sRGB-encoded, in the format of the path's extension. PNG and
+/// TIFF have straight alpha (straightPixel()). JPEG has no alpha, so transparent areas become
+/// black. For automatic exposure, the composite is kept until finish(), with 16 bytes per pixel (28
+/// with coloured opacity), and then metered. A part of a picture is not metered, so that all parts
+/// have the same exposure.
 class ImageWriter : public Sink {
   public:
-    /// Throws Error (kUsage) if there is no such tone map, and Error (kInternal) if the table lacks
-    /// the path's extension.
+    /// Throws Error (kUsage) if there is no tone map of this name, and Error (kInternal) if the
+    /// table lacks the path's extension.
     ImageWriter(std::string path, OutputOptions options,
                 PictureAlpha alpha = PictureAlpha::kOpacity);
     ~ImageWriter() override;
@@ -64,7 +64,7 @@ class ImageWriter : public Sink {
     void begin(const Plan& plan) override;
     void write(LayeredImage&& band) override;
     void finish() override;
-    /// Does all of finish() but the commit, and returns the file for commitAll().
+    /// Does everything that finish() does except the commit. Returns the file for commitAll().
     AtomicFile& close();
     SinkMemory memory(const Plan& plan) const override;
     StageTimes times() const override { return times_; }
@@ -89,23 +89,23 @@ class ImageWriter : public Sink {
 };
 
 /// Writes 8-bit grey samples, row-major, as a PNG into a file that the caller then commits. The
-/// samples are stored unchanged, and so is `software` unless empty. Throws Error (kOutput) if
+/// samples are stored unchanged. `software` is stored unless empty. Throws Error (kOutput) if
 /// writing fails.
 void writeGreyPng(AtomicFile& file, int width, int height, std::span<const std::uint8_t> samples,
                   const std::string& software = {});
-/// Writes 16-bit grey samples in the same way.
+/// Like writeGreyPng() above, for 16-bit samples.
 void writeGreyPng(AtomicFile& file, int width, int height, std::span<const std::uint16_t> samples,
                   const std::string& software = {});
 
-/// Turns `image` into one with exactly one fragment, at Z = 0, in every pixel of the window;
-/// writers take finished pictures in this form. Returns its colours for the caller to fill in,
-/// row-major: premultiplied linear RGBA in float. Reuses the storage of `image`.
+/// Gives `image` exactly one fragment, at Z = 0, in every pixel of the window, which is the form in
+/// which writers take finished pictures. Returns its colours for the caller to fill in, row-major:
+/// premultiplied linear RGBA in float. Reuses the storage of `image`.
 std::span<float> onePerPixel(const Window& window, LayeredImage& image);
 
 /// A table that gives exactly round(255 · encodeSrgb(linear)) for any float; NaN becomes 0.
 class SrgbBytes {
   public:
-    /// Builds the table by finding, for each byte, the least float that gives it, by bisection.
+    /// Builds the table: finds the least float for each byte by bisection.
     SrgbBytes();
 
     std::uint8_t operator()(float linear) const {
@@ -118,8 +118,8 @@ class SrgbBytes {
     }
 
   private:
-    /// A bucket covers the floats that share exponent and upper 6 mantissa bits, from 2^-13 on; in
-    /// each, about one new byte begins.
+    /// A bucket covers the floats with the same exponent and upper 6 mantissa bits, from 2^-13 on.
+    /// About one byte value begins in each bucket.
     static constexpr unsigned kShift = 17;
     static constexpr std::uint32_t kFirst = std::bit_cast<std::uint32_t>(0x1p-13F) >> kShift,
                                    kEnd = std::bit_cast<std::uint32_t>(1.0F) >> kShift;
@@ -127,7 +127,7 @@ class SrgbBytes {
         return (std::bit_cast<std::uint32_t>(linear) >> kShift) - kFirst;
     }
 
-    /// Least float that gives each byte, then +inf.
+    /// Least float for each byte, then +inf.
     std::array<float, 257> begins_;
     std::array<std::uint8_t, kEnd - kFirst> first_{};  ///< byte at the lower end of each bucket
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// JPEG decoder that uses TurboJPEG with libjpeg's defaults: accurate transforms, smooth upsampling.
+// JPEG decoder based on TurboJPEG, with libjpeg's defaults: accurate transforms, smooth upsampling.
 #include "formats/image/image_codecs.h"
 
 #include <turbojpeg.h>
@@ -13,7 +13,7 @@
 namespace peeler {
 namespace {
 
-/// How to decode a colour space; the table is indexed by TurboJPEG's TJCS.
+/// The decoding of a colour space. The table is indexed by TurboJPEG's TJCS.
 struct Decoding {
     int format;
     std::size_t channels;  ///< number of channels that TurboJPEG returns
@@ -25,7 +25,8 @@ constexpr Decoding kDecodings[] = {kRgb, kRgb, kGrey, kCmyk, kCmyk};
 static_assert(TJCS_RGB == 0 && TJCS_YCbCr == 1 && TJCS_GRAY == 2 && TJCS_CMYK == 3 &&
               TJCS_YCCK == 4);
 
-/// Converts CMYK to RGB in place; the result is at the start of `pixels`. JPEG stores inverted ink.
+/// Converts CMYK to RGB in place, with the result at the start of `pixels`. JPEG stores inverted
+/// ink.
 void rgbFromCmyk(std::vector<std::uint8_t>& pixels) {
     std::uint8_t* rgb = pixels.data();
     for (std::size_t i = 0; i < pixels.size(); i += 4) {
@@ -68,7 +69,7 @@ class JpegDecoder final : public ImageDecoder {
         std::vector<std::uint8_t> stored(pixels() * decoding_.channels);
         if (tjDecompress2(handle_.get(), bytes_.data(), bytes_.size(), stored.data(), image_.width,
                           0, image_.height, decoding_.format, TJFLAG_STOPONWARNING) != 0) {
-            // TurboJPEG 2.1 cannot distinguish recoverable from fatal damage if both occur.
+            // TurboJPEG 2.1 cannot distinguish recoverable from fatal damage if a file has both.
             // OpenImageIO can, but does not report recoverable damage.
             const std::string damage = tjGetErrorStr2(handle_.get());
             imageLibrary().decoder("jpeg", path_, bytes_)->read(begin, end, samples);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// KTX 2.0 files (Khronos, "KTX File Format Specification", version 2.0): reads the header and
-// levels, checked against the file size, and decodes texels (Khronos Data Format Specification
-// 1.3).
+// KTX 2.0 files (Khronos, "KTX File Format Specification", version 2.0): a reader of the header and
+// levels, with checks against the file size, and decoders of texels (Khronos Data Format
+// Specification 1.3).
 #pragma once
 
 #include <array>
@@ -24,7 +24,7 @@ struct Ktx2Level {
     std::span<const std::uint8_t> bytes;  ///< packed
     std::uint64_t offset = 0;             ///< position in the file
     int width = 0, height = 0;            ///< pixels
-    /// For BasisLZ, 8 per block, although it is never unpacked as a whole.
+    /// 8 per block for BasisLZ, although a level of BasisLZ is never unpacked as a whole.
     std::uint64_t unpacked_bytes = 0;
 };
 
@@ -32,7 +32,7 @@ struct Ktx2Level {
 struct Ktx2Container {
     Ktx2Texels texels = Ktx2Texels::kRgba8;
     Ktx2Packing packing = Ktx2Packing::kNone;
-    /// From the largest, which has the picture's size, to the smallest.
+    /// From the largest level, which has the picture's size, to the smallest.
     std::vector<Ktx2Level> levels;
     std::span<const std::uint8_t> global_data;  ///< BasisLZ only
     std::uint64_t global_offset = 0;            ///< position of global_data in the file
@@ -41,7 +41,7 @@ struct Ktx2Container {
     /// The sources of the picture's R, G, B and A: a decoded r, g, b or a, or the constant 0 or 1.
     /// The second plane of ETC1S is decoded to a.
     std::array<char, 4> swizzle = {'r', 'g', 'b', 'a'};
-    /// sRGB (true) or linear (false); nothing if another space or undeclared.
+    /// sRGB (true) or linear (false); nothing if the file declares another space or none.
     std::optional<bool> srgb;
     std::string codec;               ///< "KTX2, UASTC, Zstandard"
     std::vector<std::string> notes;  ///< violations of KHR_texture_basisu that are accepted
@@ -53,17 +53,17 @@ struct Ktx2Container {
 /// report errors in this way.
 [[noreturn]] void failKtx2(const std::string& what, std::uint64_t at);
 
-/// Reads everything but the data of the levels. Throws std::runtime_error if the file is not a 2D
-/// texture in one of these texel formats, or if its alpha is premultiplied. Checks that no level
+/// Reads everything except the data of the levels. Throws std::runtime_error if the file is not a
+/// 2D texture in one of these texel formats, or if its alpha is premultiplied. Checks that no level
 /// exceeds the maximum ratio of its packing, so that memory for unpacked_bytes may be allocated.
-/// Only BasisLZ has no such ratio: a few bytes can declare any number of blocks.
+/// BasisLZ has no maximum ratio: a few bytes can declare any number of blocks.
 Ktx2Container readKtx2(std::span<const std::uint8_t> file);
 
 // Defined in basis_etc1s.cpp: ETC1S, the texels of BasisLZ, in blocks of 4 × 4 with four colours
 // each.
 
 /// Decodes the largest level. R, G, B come from its first slice; A is 255, or G of its second slice
-/// (whose three channels are the same). `rgba` must have room for 4 bytes per pixel. Throws
+/// (whose three channels are equal). `rgba` must have room for 4 bytes per pixel. Throws
 /// std::runtime_error (failKtx2()) if blocks have invalid references or slices are truncated.
 void decodeEtc1s(const Ktx2Container& file, std::uint8_t* rgba);
 
@@ -73,12 +73,12 @@ void decodeEtc1s(const Ktx2Container& file, std::uint8_t* rgba);
 inline constexpr std::size_t kUastcBytes = 16;  // bytes per block
 
 /// Returns the 16 texels of a block as RGBA, row-major. With `srgb`, colours between endpoints are
-/// rounded as specified for sRGB textures; the values stay encoded. If the block is invalid, all
-/// texels have the error colour (255, 0, 255, 255).
+/// rounded as specified for sRGB textures, but the values stay encoded. If the block is invalid,
+/// all texels have the error colour (255, 0, 255, 255).
 std::array<std::uint8_t, 64> uastcTexels(std::span<const std::uint8_t, kUastcBytes> block,
                                          bool srgb);
 
-/// Decodes all blocks of a picture; the number of blocks must match the picture's size. `rgba` must
+/// Decodes all blocks of a picture. The number of blocks must match the picture's size. `rgba` must
 /// have room for 4 bytes per pixel.
 void decodeUastc(std::span<const std::uint8_t> blocks, int width, int height, bool srgb,
                  std::uint8_t* rgba);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads header, index, data format descriptor and metadata of KTX 2.0 files. Sections are named as
-// in the specification. Colour models, channels and transfer functions are numbered as in the
-// Khronos Data Format Specification 1.3, from "Descriptor block" on.
+// Reader of header, index, data format descriptor and metadata of KTX 2.0 files. Sections have the
+// names of the specification. Colour models, channels and transfer functions have the numbers of
+// the Khronos Data Format Specification 1.3, from "Descriptor block" on.
 #include "formats/image/ktx2.h"
 
 #include <algorithm>
@@ -39,9 +39,10 @@ constexpr Ktx2TexelRow kKtx2Texels[] = {
     {Ktx2Texels::kRgba8, "RGBA8", 37, 43, kModelRgb, 1, 4},
 };
 
-/// The swizzle to RGBA for the sequence of channels in a descriptor. Missing colours are 0, missing
-/// alpha is 1 (section "KTXswizzle"). Blocks with only the channel RRR hold all three colours:
-/// toktx 4.0.0-beta4 declared colour files in this way, and transcoders use them as they are.
+/// The swizzle to RGBA for a sequence of channels in a descriptor. Missing colours are 0, missing
+/// alpha is 1 (section "KTXswizzle"). Blocks that declare only the channel RRR hold all three
+/// colours: toktx 4.0.0-beta4 declared colour files in this way, and transcoders use them
+/// unchanged.
 struct Ktx2ChannelRow {
     std::uint32_t model;
     std::string_view channels;
@@ -62,7 +63,7 @@ constexpr Ktx2ChannelRow kKtx2Channels[] = {
 };
 
 /// A packing, indexed by supercompressionScheme, with the maximum number of output bytes per input
-/// byte. Zstandard reaches 128 KiB for the four bytes of a repeating block (RFC 8878, section
+/// byte. Zstandard gives at most 128 KiB for the four bytes of a repeating block (RFC 8878, section
 /// 3.1.1.2), DEFLATE 258 bytes for two bits.
 struct Ktx2PackingRow {
     const char* name;
@@ -118,7 +119,7 @@ class Ktx2Reader {
                         [](char a, std::uint8_t b) { return static_cast<std::uint8_t>(a) == b; }))
             failKtx2("the KTX 2.0 header is missing", 0);
         width_ = checkedSide(Ktx2Field::kWidth);
-        // The conditions in the section "Texture Type".
+        // The conditions of the section "Texture Type".
         struct Shape {
             std::size_t at;
             std::uint64_t must_be;
@@ -149,7 +150,7 @@ class Ktx2Reader {
         return static_cast<std::uint32_t>(side);
     }
 
-    /// Reads the first block of the "Data Format Descriptor", which must be a basic one.
+    /// Reads the first block of the "Data Format Descriptor", which must be a basic block.
     void readDescriptor() {
         constexpr std::size_t kBlock = 4, kBasic = 24, kSample = 16;
         const std::uint64_t at = number(Ktx2Field::kDescriptor),
@@ -296,7 +297,7 @@ class Ktx2Reader {
             std::string_view value = text.substr(end + 1);
             value = value.substr(0, value.find('\0'));
             if (text.substr(0, end) == "KTXorientation" && value != "rd")
-                // KTXorientation does not change which pixel is at a coordinate.
+                // KTXorientation does not affect texture coordinates.
                 out_.notes.emplace_back(
                     "its orientation (KTXorientation) is not rd; it is ignored");
             if (text.substr(0, end) == "KTXswizzle") readSwizzle(value, begin + at + 4);

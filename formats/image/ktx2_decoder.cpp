@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decodes the largest level of KTX 2.0 files: unpacks it with libzstd or libdeflate, or reads
+// Decoder of the largest level of KTX 2.0 files: unpacks it with libzstd or libdeflate, or reads
 // BasisLZ. Smaller levels must exist but are not decoded, since the renderer builds its own
 // mipmaps.
 #include <libdeflate.h>
@@ -16,8 +16,8 @@
 namespace peeler {
 namespace {
 
-/// Checks that a level consists only of frames as in RFC 8878, because libzstd would also read the
-/// formats that preceded its version 1.
+/// Checks that a level has only the frames of RFC 8878, because libzstd also reads formats from
+/// before its version 1.
 void checkFrames(const Ktx2Level& level) {
     constexpr std::uint8_t kMagic[] = {0x28, 0xB5, 0x2F, 0xFD};
     auto rest = level.bytes;

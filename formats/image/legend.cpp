@@ -16,9 +16,9 @@ using Pixel = std::array<float, 4>;
 
 constexpr Pixel kPaper{1, 1, 1, 1}, kInk{0.01F, 0.01F, 0.01F, 1}, kFrame{0.3F, 0.3F, 0.3F, 1};
 
-// Lengths in dots of the font (font.h).
+// Lengths in text dots (font.h).
 constexpr int kMargin = 4, kGap = 3, kBarHeight = 8, kTick = 2;
-constexpr int kNumberWidth = 10 * kTextAdvance;  // for a value, and the gap to the next one
+constexpr int kNumberWidth = 10 * kTextAdvance;  // room for a value, and the gap to the next one
 constexpr int kLeastWidth = 2 * kNumberWidth;
 
 int scaleFor(int width) {
@@ -43,15 +43,15 @@ void fill(CompositeImage& picture, const Window& where, const Pixel& color) {
 
 std::string numberText(double value) {
     std::array<char, 32> text{};
-    // printf() is not used because the host's locale may have another decimal separator.
+    // Do not use printf(), whose decimal separator depends on the host's locale.
     constexpr int kDigits = 4;
     const auto [end, failure] = std::to_chars(text.data(), text.data() + text.size(), value,
                                               std::chars_format::general, kDigits);
     return {text.data(), failure == std::errc() ? end : text.data()};
 }
 
-/// Returns the smallest number, among 1, 2 and 5 times a power of ten, that divides a length into
-/// at most `most` steps.
+/// Returns the smallest step, 1, 2 or 5 times a power of ten, that divides a length into at most
+/// `most` steps.
 double roundStep(double length, int most) {
     const double power = std::pow(10, std::floor(std::log10(length / most)));
     for (const double step : {1.0, 2.0, 5.0})
@@ -59,8 +59,8 @@ double roundStep(double length, int most) {
     return 10 * power;
 }
 
-/// Returns the values to write below a bar: both ends, and round numbers between that are not too
-/// close to the ends.
+/// Returns the values to write below a bar: both ends, and round numbers between them that are not
+/// too close to the ends.
 std::vector<double> numbersOf(double low, double high, int most) {
     std::vector<double> numbers{low};
     if (!(high > low)) return numbers;

@@ -11,7 +11,7 @@
 
 namespace peeler {
 
-/// The size of the white strip that holds a legend, below a picture.
+/// The size of a legend: a white strip below a picture.
 struct LegendSize {
     int scale = 1;              ///< pixels per text dot
     int width = 0, height = 0;  ///< in pixels; may be wider than the picture
@@ -21,7 +21,7 @@ struct LegendSize {
 struct ColorBar {
     std::string title;                                    ///< quantity with its unit
     double low = 0, high = 1;                             ///< values at both ends
-    std::array<float, 3> (*ramp)(float share) = nullptr;  ///< share (0 to 1) to linear colour
+    std::array<float, 3> (*ramp)(float share) = nullptr;  ///< maps 0–1 to a linear colour
 };
 
 /// Returns the size of a legend with this title for a picture that is `width` pixels wide.

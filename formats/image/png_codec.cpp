@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// PNG decoder that uses libspng, which returns pixels as stored or expanded, and does nothing else
-// to them.
+// PNG decoder based on libspng, which returns pixels as stored or expanded, without other
+// conversions.
 #include "formats/image/image_codecs.h"
 
 #include <fcntl.h>
@@ -21,8 +21,8 @@
 namespace peeler {
 namespace {
 
-/// Whether libspng, or the zlib that it uses, ran out of memory in the last call. libspng reports
-/// that by several error codes, one of which also means damage.
+/// Whether libspng, or its zlib, ran out of memory in the last call. libspng has several error
+/// codes for that, one of which also means damage.
 thread_local bool ran_out = false;
 
 void* allocated(void* memory) {
@@ -35,7 +35,7 @@ void check(int result) {
     if (result != SPNG_OK) throw std::runtime_error("PNG: " + std::string(spng_strerror(result)));
 }
 
-/// Checks the result of reading a row; returns false after the last row.
+/// Checks the result of reading a row. Returns false after the last row.
 bool more(int result) {
     if (result == SPNG_EOI) return false;
     check(result);
@@ -124,7 +124,7 @@ class PngDecoder final : public ImageDecoder {
         }
         const Context png = opened();
         check(spng_get_ihdr(png.get(), &header_));
-        // This call reads everything before the pixels, so it reports any damage there.
+        // This call reads everything before the pixels and reports any damage there.
         spng_trns transparency{};
         const int result = spng_get_trns(png.get(), &transparency);
         if (result != SPNG_ECHUNKAVAIL) check(result);
@@ -144,8 +144,8 @@ class PngDecoder final : public ImageDecoder {
   private:
     Context opened() const {
         Context png = newContext(0);
-        // Texts may be compressed, so a small file may contain huge ones; hence a limit, which does
-        // not apply to pixels.
+        // Limit the size of texts, since compressed texts may be huge even in a small file. The
+        // limit does not apply to pixels.
         constexpr std::size_t kMost = std::size_t{1} << 26U;
         check(spng_set_chunk_limits(png.get(), kMost, kMost));
         if (file_) {
@@ -176,8 +176,7 @@ class PngDecoder final : public ImageDecoder {
             convertSamples(from, width, channels, first, last,
                            samples + row * width * (last - first));
         };
-        // In an interlaced picture, a row comes in several passes and is complete only after the
-        // last one.
+        // In an interlaced picture, a row comes in several passes and is complete only in the last.
         const bool interlaced = header_.interlace_method != SPNG_INTERLACE_NONE;
         std::vector<From> rows(width * channels * (interlaced ? header_.height : 1));
         spng_row_info row{};
@@ -186,12 +185,12 @@ class PngDecoder final : public ImageDecoder {
             more(spng_decode_row(png.get(), at, width * channels * sizeof(From)));
             if (!interlaced) convert(at, row.row_num);
         }
-        check(spng_decode_chunks(png.get()));  // this checks the checksum of the pixels, too
+        check(spng_decode_chunks(png.get()));  // also checks the checksum of the pixels
         for (std::size_t y = 0; interlaced && y < header_.height; ++y)
             convert(rows.data() + y * width * channels, y);
     }
 
-    File file_;  // open if there are no `bytes_`: reads only as much of the file as needed
+    File file_;  // open if `bytes_` is empty: reads only the needed parts of the file
     std::span<const std::uint8_t> bytes_;
     spng_ihdr header_{};
     const Expansion* expansion_ = nullptr;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// PNG encoder (ISO/IEC 15948). Deflate takes most of the time, so the rows are cut into pieces that
-// are compressed in parallel. Each has the end of the previous piece as its dictionary, and all are
-// joined into one stream (as pigz does; zlib's Z_SYNC_FLUSH makes a piece end on a byte boundary).
+// PNG encoder (ISO/IEC 15948). Deflate takes most of the time, so the rows are divided into pieces
+// that are compressed in parallel. The dictionary of a piece is the end of the previous one. The
+// pieces are joined into one stream, as in pigz: zlib's Z_SYNC_FLUSH makes each piece end on a byte
+// boundary.
 #include <zlib.h>
 
 #include <algorithm>
@@ -21,7 +22,8 @@
 namespace peeler {
 namespace {
 
-// The cuts depend only on the picture, so that any number of threads gives the same bytes.
+// The division into pieces depends only on the picture, so that any number of threads gives the
+// same bytes.
 constexpr std::size_t kPieceBytes = 128 << 10, kPiecesAtOnce = 32;
 constexpr std::size_t kDictionaryBytes = 32 << 10;  // deflate's window
 
@@ -71,7 +73,7 @@ void filterByPaeth(const std::uint8_t* row, const std::uint8_t* above, std::size
     }
 }
 
-/// A piece of the stream, which is compressed by itself.
+/// A piece of the stream, compressed separately.
 struct Piece {
     std::size_t begin = 0, end = 0;  ///< range of the uncompressed bytes
     PngBytes compressed{};
@@ -81,13 +83,13 @@ struct Piece {
 /// Compresses a piece of `bytes`, with the bytes before it as the dictionary.
 void deflatePiece(const PngBytes& bytes, bool last, Piece& piece) {
     z_stream stream{};
-    // This combination of filter, strategy and level is the fastest whose files are no larger than
-    // libpng's at level 6, which tries every filter for every row.
+    // This combination of filter, strategy and level is the fastest that makes files no larger than
+    // libpng at level 6, which tries every filter for every row.
     if (deflateInit2(&stream, 6, Z_DEFLATED, -15, 8, Z_FILTERED) != Z_OK) throw std::bad_alloc();
     const std::size_t known = std::min(piece.begin, kDictionaryBytes);
     deflateSetDictionary(&stream, bytes.data() + piece.begin - known, static_cast<uInt>(known));
     const std::size_t size = piece.end - piece.begin;
-    // A flush adds an empty block, which the bound does not include.
+    // deflateBound() does not include the empty block that a flush adds.
     piece.compressed.resize(deflateBound(&stream, static_cast<uLong>(size)) + 16);
     stream.next_in = const_cast<Bytef*>(bytes.data() + piece.begin);
     stream.avail_in = static_cast<uInt>(size);
@@ -169,8 +171,8 @@ class PngEncoder final : public ImageEncoder {
         write(chunkOf("tEXt", data));
     }
 
-    /// Returns the number of rows waiting to be compressed. The last compressed row, which is also
-    /// held, does not count.
+    /// Returns the number of rows waiting to be compressed. rows_ also has the last compressed row,
+    /// which does not count.
     std::size_t waiting() const {
         return row_bytes_ == 0 ? 0 : rows_.size() / row_bytes_ - (compressed_rows_ > 0 ? 1 : 0);
     }
@@ -230,7 +232,7 @@ class PngEncoder final : public ImageEncoder {
     std::size_t height_ = 0, pixel_bytes_ = 0, row_bytes_ = 0, piece_rows_ = 1;
     std::size_t compressed_rows_ = 0;
     PngBytes rows_;      // the last compressed row, and all waiting rows
-    PngBytes filtered_;  // the end of the data compressed so far, and the data to compress next
+    PngBytes filtered_;  // the end of the data that has been compressed, then the data to compress
     uLong checksum_ = 0;
 };
 
@@ -241,8 +243,7 @@ std::unique_ptr<ImageEncoder> pngEncoder() {
 }
 
 std::uint64_t pngEncoderBytes(std::uint64_t picture) {
-    // The factor 4 is for waiting rows, rows that have arrived since, filtered data and compressed
-    // data.
+    // The factor 4 is for waiting rows, newly arrived rows, filtered data and compressed data.
     return 4 * std::min<std::uint64_t>(picture, kPieceBytes * kPiecesAtOnce);
 }
 

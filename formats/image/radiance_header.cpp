@@ -11,8 +11,8 @@
 namespace peeler {
 namespace {
 
-/// A resolution string like "-Y 4 +X 8", without its numbers: first the axis across rows, then the
-/// axis along them. X grows to the right, Y upward.
+/// A resolution string like "-Y 4 +X 8", without its numbers: the axis across rows, then the axis
+/// along them. X grows to the right, Y upward.
 struct Resolution {
     std::string_view rows, pixels;
     int orientation;
@@ -48,7 +48,7 @@ const std::vector<RadianceSetting>& radianceSettings() {
         {"EXPOSURE=", {{1}}, "the numbers are not divided by it"},
         {"GAMMA=", {{1}}, "the numbers are taken as linear"},
         {"COLORCORR=", {{1, 1, 1}}, "the colours are not divided by it"},
-        // Both Radiance's own default and Rec. 709 are read as Rec. 709, without a warning.
+        // Both Radiance's own default and Rec. 709 are read as Rec. 709 without a warning.
         {"PRIMARIES=",
          {{0.640, 0.330, 0.290, 0.600, 0.150, 0.060, 0.3333, 0.3333},
           {0.640, 0.330, 0.300, 0.600, 0.150, 0.060, 0.3127, 0.3290}},

@@ -10,19 +10,20 @@
 namespace peeler {
 
 struct RadianceHeader {
-    /// The orientation of the rows, as in TIFF; 1 means from the top, from the left.
+    /// The orientation of the rows, as in TIFF; 1: top to bottom, left to right.
     int orientation = 1;
-    /// Settings that change the meaning of the values but are ignored, as in StoredImage::notes.
+    /// Settings that change the meaning of the values but are ignored, as clauses like those of
+    /// StoredImage::notes.
     std::vector<std::string> notes{};
 };
 
 /// Reads the header at the start of `text`, which must be the whole file or at least its first
 /// kMostRadianceHeader bytes. Missing settings get their defaults. A missing resolution is no error
-/// here, since OpenImageIO rejects such files.
+/// here, since OpenImageIO rejects files without one.
 RadianceHeader radianceHeader(std::string_view text);
 
-/// The maximum size of a header, in bytes. Most have a few lines, but every program that processes
-/// the picture may add one.
+/// The maximum size of a header, in bytes. Most headers have a few lines, but every program that
+/// processes the picture may add one.
 inline constexpr std::size_t kMostRadianceHeader = std::size_t{1} << 16U;
 
 }  // namespace peeler

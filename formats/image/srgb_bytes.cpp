@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The table of SrgbBytes. The bits of positive floats are ordered like their values, so bisecting
-// the bits finds the least float for each byte.
+// The table of SrgbBytes. The bits of positive floats have the same order as their values, so
+// bisecting the bits finds the least float for each byte.
 #include "formats/image/image_writer.h"
 
 #include <cmath>

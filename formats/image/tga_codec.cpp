@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// TGA decoder: palettes, grey and colour of 15 to 32 bits, run lengths, any corner first.
+// TGA decoder: palettes, grey and colour of 15 to 32 bits, run lengths, rows and columns in either
+// order.
 #include <algorithm>
 #include <array>
 #include <stdexcept>
@@ -27,7 +28,7 @@ constexpr bool isColorDepth(std::uint32_t bits) {
     return bits == 15 || bits == 16 || bits == 24 || bits == 32;
 }
 
-/// Reads the header; returns false if any field has an illegal value.
+/// Reads the header. Returns false if any field has an illegal value.
 bool readTgaHeader(std::span<const std::uint8_t> bytes, TgaHeader& header) {
     if (bytes.size() < kTgaHeader) return false;
     const auto number = [&](std::size_t at) -> std::uint32_t {
@@ -124,8 +125,8 @@ class TgaDecoder final : public RgbaDecoder {
         return color(bytes_.data() + header_.palette_at + place, header_.palette_bits);
     }
 
-    /// Returns the colour at `from`. Of 16 bits, the highest is ignored, because programs disagree
-    /// on whether it is alpha.
+    /// Returns the colour at `from`. Ignores the highest of 16 bits, because programs disagree on
+    /// whether it is alpha.
     static Texel color(const std::uint8_t* from, std::uint32_t bits) {
         if (bits >= 24)
             return {from[2], from[1], from[0], bits == 32 ? from[3] : std::uint8_t{255}};

@@ -17,7 +17,7 @@ struct UastcMode {
     std::uint8_t pattern_bits;  ///< PAT
     std::uint8_t subsets;       ///< number of subsets, each with its own endpoints
     std::uint8_t channels;      ///< 2 for LA, 3 for RGB, 4 for RGBA
-    /// Above the endpoint bits: 3 for trits, 5 for quints, 1 for neither.
+    /// The digits above the endpoint bits: 3 for trits, 5 for quints, 1 for none.
     std::uint8_t digits;
     std::uint8_t endpoint_bits;
     std::uint8_t weight_bits;
@@ -48,7 +48,7 @@ constexpr UastcMode kUastcModes[] = {
 constexpr std::size_t kSolidMode = 8, kModeOfSevenPatterns = 7;
 constexpr unsigned kMostModeBits = 7;
 
-/// The mode for the lowest bits of a block; the number of modes if the bits are invalid.
+/// The mode for the lowest bits of a block; std::size(kUastcModes) if the bits are invalid.
 constexpr auto kModeOfBits = [] {
     std::array<std::uint8_t, 1U << kMostModeBits> modes{};
     for (std::size_t bits = 0; bits < modes.size(); ++bits) {
@@ -60,13 +60,13 @@ constexpr auto kModeOfBits = [] {
     return modes;
 }();
 
-/// For each pattern, a bit per texel that says whether it is in the second subset; the first texel
-/// is in the lowest bit ("Partition table for 2-subset Mode Indices 2, 4, 9, and 16").
+/// For each pattern, one bit per texel, which is set if the texel is in the second subset. The
+/// first texel is in the lowest bit ("Partition table for 2-subset Mode Indices 2, 4, 9, and 16").
 constexpr std::uint16_t kTwoSubsets[] = {
     0xCCCC, 0x8888, 0x1111, 0xECC8, 0x377F, 0xFEEC, 0x0137, 0x137F, 0xC800, 0x0013,
     0xFE80, 0x17FF, 0x0017, 0x00FF, 0xFFF0, 0x0FFF, 0xFF71, 0x8EFF, 0x08CE, 0x008C,
     0x7310, 0xCEFF, 0x7331, 0x088C, 0xCEEF, 0x6666, 0xF00F, 0x5555, 0x0F0F, 0x36C9};
-/// The same for mode 7 ("Partition table for 2-subset Mode Index 7").
+/// Like kTwoSubsets, for mode 7 ("Partition table for 2-subset Mode Index 7").
 constexpr std::uint16_t kTwoSubsetsOfSeven[] = {
     0x00F0, 0x4444, 0x0133, 0xCC80, 0xF0FF, 0x2222, 0xFFC8, 0xCCCE, 0x3C03, 0x00EE,
     0x7700, 0x3003, 0x00CE, 0xFF80, 0x6FFF, 0x1333, 0x11FF, 0x136C, 0x00EF};
@@ -80,7 +80,7 @@ constexpr std::size_t kUastcTexels = 16, kMostSubsets = 3, kUastcChannels = 4;
 
 struct UastcPattern {
     std::array<std::uint8_t, kUastcTexels> subset{};  ///< subset of each texel
-    /// Bit mask of the texels whose weights lack the top bit: the first one in each subset.
+    /// Bit mask of the first texel of each subset, whose weight lacks the top bit.
     std::uint32_t anchors = 1;
 };
 
@@ -112,8 +112,8 @@ std::span<const UastcPattern> patternsOf(std::size_t mode) {
     return kPatternsOfTwo;
 }
 
-/// The parameters of "Endpoint Unquantization" in ASTC: C, and B as the bits above the lowest one,
-/// times `factor`, shifted right by `shift`.
+/// The parameters of "Endpoint Unquantization" in ASTC: C; and B, which is the bits above the
+/// lowest one, times `factor`, shifted right by `shift`.
 struct DigitRow {
     unsigned digits, bits, c, factor, shift;
 };
@@ -122,7 +122,7 @@ constexpr DigitRow kDigitRows[] = {
     {5, 5, 6, 0x101, 3},  {3, 6, 5, 0x101, 4},
 };
 
-/// Returns the 8-bit endpoint for its bits and, if any, the trit or quint above them.
+/// Returns the 8-bit endpoint for its packed bits and, above them, its trit or quint, if any.
 constexpr std::uint8_t widenedEndpoint(const UastcMode& mode, unsigned packed) {
     const unsigned bits = mode.endpoint_bits, number = packed & ((1U << bits) - 1);
     unsigned out = bits < 4 ? 0 : number << (8 - bits) | number >> (2 * bits - 8);
@@ -143,8 +143,8 @@ constexpr auto kUastcEndpoints = [] {
     return tables;
 }();
 
-/// The weights of "Weight Unquantization" in ASTC, by number of bits and stored weight: the bits
-/// are repeated to 6, and values above 32 are then increased by 1, so that 63 becomes 64.
+/// The weights of "Weight Unquantization" in ASTC, by number of bits and stored weight. The bits
+/// are repeated to 6. Then values above 32 are increased by 1, so that 63 becomes 64.
 constexpr auto kUastcWeights = [] {
     std::array<std::array<std::uint8_t, 32>, 6> tables{};
     for (unsigned bits = 1; bits < tables.size(); ++bits)
@@ -157,7 +157,7 @@ constexpr auto kUastcWeights = [] {
     return tables;
 }();
 
-/// The bits of a block, from the lowest on.
+/// A reader of the bits of a block, from the lowest on.
 class UastcBits {
   public:
     explicit UastcBits(std::span<const std::uint8_t, kUastcBytes> block) {
@@ -192,7 +192,7 @@ struct UastcLine {
 };
 
 /// Reads "Endpoint encoding": first all trits or quints, several packed in a number, then all bits.
-/// For each subset and channel, the low endpoint comes before the high one.
+/// For each subset and channel, the low endpoint comes before the high endpoint.
 std::array<UastcLine, kMostSubsets> takeEndpoints(UastcBits& bits, std::size_t index, bool srgb) {
     const UastcMode& mode = kUastcModes[index];
     constexpr std::size_t kMost = 2 * kMostSubsets * kUastcChannels;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// write_font TTF FILE: rasterises a monospaced font when peeler is built, and writes the memory
-// image of a Font, which font.cpp embeds.
+// write_font TTF FILE: rasterises a monospaced font when peeler is built, and writes a Font as a
+// memory image, which font.cpp embeds.
 #include <ft2build.h>
 #include FT_FREETYPE_H
 

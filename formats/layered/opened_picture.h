@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Chooses the reader of a picture by the file's content: OpenEXR or arrays.
+// Opened pictures, OpenEXR or arrays. The file's content chooses the reader.
 #pragma once
 
 #include <memory>
@@ -34,14 +34,14 @@ class OpenedPicture {
 
 /// Open layered files in any layout, deep files, layers in arrays, and flat pictures of other
 /// programs as one layer. Throw Error (kInput), with path and part as `where`, if there are no
-/// fragments to read (as in our own composites), and (kUsage) if the options choose a part or view
+/// fragments to read (as in peeler's composites), and (kUsage) if the options choose a part or view
 /// that does not exist.
 std::unique_ptr<LayeredInput> openLayered(const std::string& path,
                                           const LayeredReadOptions& options = {});
 std::unique_ptr<LayeredInput> openLayered(OpenedPicture opened);
-/// Opens a composite of ours as pixels: one entry per pixel, with Z = +inf where there is no
-/// fragment. The plan knows only how many layers it had. Throws Error (kInput) if the picture is
-/// not such a composite.
+/// Opens a composite by peeler as pixels: one entry per pixel, with Z = +inf where there is no
+/// fragment. The plan has the number of layers, but not their windows. Throws Error (kInput) if the
+/// picture is not such a composite.
 std::unique_ptr<LayeredInput> openComposite(OpenedPicture opened);
 
 }  // namespace peeler

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Layout of a mask folder, the order in which files are written, and removal of leftovers.
+// Layout of a mask folder, write order of its files, and removal of leftover files.
 #include "formats/masks/mask_folder.h"
 
 #include <algorithm>
@@ -58,7 +58,7 @@ void removeFile(const fs::path& file) {
 
 }  // namespace
 
-/// The facts that a view's record holds about the view's files.
+/// The members of a view's record that describe the view's files.
 struct MaskFolder::Record {
     std::string hash{};  ///< "" if the view is incomplete
     std::size_t masks = 0, layers = 0;
@@ -105,7 +105,7 @@ fs::path MaskFolder::record(std::size_t view) const {
     return options_.folder / kRecords / (viewDigits(view, 6) + ".json");
 }
 
-/// Returns the path of the file that stands in for the record while a view is written.
+/// Returns the path of the file that replaces the record while the view's files are written.
 fs::path MaskFolder::begun(std::size_t view) const {
     return record(view).replace_extension(".begun");
 }
@@ -121,7 +121,8 @@ std::vector<fs::path> MaskFolder::sharedFiles() const {
     return names;
 }
 
-/// Returns the paths of a view's pictures: masks and layers in these ranges.
+/// Returns the paths of a view's pictures: masks [begin_mask, masks) and layers [begin_layer,
+/// layers).
 std::vector<fs::path> MaskFolder::files(std::size_t view, std::size_t begin_mask, std::size_t masks,
                                         std::size_t begin_layer, std::size_t layers) const {
     std::vector<fs::path> all;
@@ -148,7 +149,8 @@ MaskFolder::Record MaskFolder::readRecord(const fs::path& file) {
         whole = false;
         return 0;
     };
-    // No view has more than this; a damaged record must not make the search for files endless.
+    // No view has more. Without these limits, a damaged record could make the search for files
+    // endless.
     record.masks = std::min<std::uint64_t>(number("masks"), 10'000'000);
     record.layers = std::min<std::uint64_t>(number("layers"), 100'000);
     record.bytes = number("bytes");
@@ -175,7 +177,7 @@ std::uint64_t MaskFolder::write(const MaskedView& view) const {
         removeFile(file);
     const Window& crop = view.view.crop;
     const int width = crop.width(), height = crop.height();
-    // Objects without any pixel on the canvas have no masks.
+    // Objects without pixels on the canvas have no masks.
     std::vector<std::size_t> listed;
     for (std::size_t i = 0; i < view.masks.size(); ++i)
         if (view.masks[i].canvas_pixels > 0) listed.push_back(i);
@@ -186,7 +188,7 @@ std::uint64_t MaskFolder::write(const MaskedView& view) const {
     const std::size_t pictures_before = std::max(whole.layers, killed.layers);
     const nlohmann::json most = {{"masks", std::max(masks, masks_before)},
                                  {"layers", std::max(pictures, pictures_before)}};
-    // Once this file exists, the next run knows which files a killed run may have left.
+    // Commit this file first: it tells the next run which files a killed run may have left.
     textFile(begun(view.number), dumpJson(most) + '\n')->commit();
     removeFile(record(view.number));
 
@@ -201,7 +203,7 @@ std::uint64_t MaskFolder::write(const MaskedView& view) const {
         (i % 2 == 0 ? of.amodal : of.visible).fill(255, bytes);
         writeGreyPng(file, width, height, bytes, options_.software);
     };
-    // Several files at once, since most of the time goes into waiting for the disk.
+    // Write several files in parallel, since most of the time is spent waiting for the disk.
     constexpr std::size_t kAtOnce = 128;
     for (std::size_t first = 0; first < names.size(); first += kAtOnce) {
         std::vector<std::unique_ptr<AtomicFile>> some(std::min(kAtOnce, names.size() - first));
@@ -240,7 +242,7 @@ void MaskFolder::writeShared(std::size_t views) const {
     };
     for (std::size_t i = 0; i < texts.size(); ++i)
         append(i, texts[i].begin(options_.by, objects_));
-    // Read one record at a time, so that memory does not grow with the number of views.
+    // Read one record at a time, so that memory does not depend on the number of views.
     for (std::size_t view = 0; view < views; ++view) {
         const std::string text = readRegularText(record(view), kMostRecordBytes);
         try {

@@ -15,7 +15,7 @@
 
 namespace peeler {
 
-/// The formats that a folder has, in any combination.
+/// The formats of a folder, in any combination.
 struct MaskFormats {
     bool bop = false, coco = false, ids = false;
 };
@@ -23,7 +23,7 @@ struct MaskFormats {
 /// An object; in a list, ids count from 1.
 struct MaskedObject {
     std::string name;
-    /// Indices in the scene's file; those that identify the object are set.
+    /// Indices in the scene's file; only the indices that identify the object are set.
     std::optional<int> node{}, instance{}, material{};
 };
 
@@ -31,7 +31,7 @@ struct MaskedObject {
 struct MaskFolderOptions {
     std::filesystem::path folder;
     MaskFormats formats{};
-    std::string by;        ///< the kind of objects, "node", …, which objects.json records
+    std::string by;        ///< the kind of objects ("node", …), as recorded in objects.json
     std::string software;  ///< stored in every PNG unless empty
 };
 
@@ -40,17 +40,17 @@ struct MaskedView {
     std::size_t number = 0;
     const View& view;  ///< view of the picture, not of the canvas
     std::string hash;  ///< hash of everything that determines the view's files
-    // These two have one entry per object; ids count from 1.
+    // `masks` and `to_world` have one entry per object; ids count from 1.
     std::span<const ObjectMasks> masks;
     std::span<const glm::dmat4> to_world;  ///< object to world, in metres
     const ObjectLayers& layers;            ///< for pictures of ids
 };
 
-/// Writes the files of a mask folder (formats/README.md, "Masks"), each atomically. The files of a
-/// view are written before its record, `views/NNNNNN.json`, so that a record means complete files.
-/// While they are written, `views/NNNNNN.begun` replaces the record and gives the maximum number of
-/// files that a killed run may leave behind. The JSON files of all views are built from the
-/// records.
+/// A writer of a mask folder (formats/README.md, "Masks"). Each file is written atomically. A
+/// view's record, `views/NNNNNN.json`, is written after the view's other files, so its presence
+/// means that they are complete. Until then, `views/NNNNNN.begun` replaces the record; it holds the
+/// maximum number of files that a killed run may leave behind. The JSON files of all views are
+/// built from the records.
 class MaskFolder {
   public:
     /// Throws Error (kUsage) if pictures of ids are requested for more than 65535 objects.
@@ -66,17 +66,17 @@ class MaskFolder {
     /// Returns the paths of the files that all views share.
     std::vector<std::filesystem::path> sharedFiles() const;
 
-    /// Returns the total size of a view's files, in bytes; nothing unless all exist and were made
-    /// with this hash.
+    /// Returns the total size of a view's files, in bytes; nothing unless all of them exist and
+    /// were made with this hash.
     std::optional<std::uint64_t> bytesOf(std::size_t view, const std::string& hash) const;
 
     /// Writes a view's files, replacing earlier ones. First removes the files shared by all views,
-    /// which become outdated. Returns the number of bytes written. Throws Error (kOutput) if
-    /// writing fails.
+    /// which the new files make outdated. Returns the number of bytes written. Throws Error
+    /// (kOutput) if writing fails.
     std::uint64_t write(const MaskedView& view) const;
 
-    /// Writes all shared files, or none, from the records of all views, which must exist. Throws
-    /// Error (kInput) if a record is damaged, and Error (kOutput) if writing fails.
+    /// Writes the files shared by all views, all or none, from the views' records, which must
+    /// exist. Throws Error (kInput) if a record is damaged, and Error (kOutput) if writing fails.
     void writeShared(std::size_t views) const;
 
   private:

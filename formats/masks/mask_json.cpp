@@ -14,7 +14,7 @@ using nlohmann::json;
 
 constexpr double kMillimetresAMetre = 1000;
 
-/// Adds two members to `to`: the rotation, row-major, and the translation in millimetres.
+/// Adds two members to `to`: the rotation (row-major) and the translation (millimetres).
 void addRigid(const glm::dmat4& matrix, const std::string& names, json& to) {
     json& rotation = to["cam_R_" + names] = json::array();
     json& shift = to["cam_t_" + names] = json::array();
@@ -38,8 +38,8 @@ glm::dmat4 worldToOpencv(const glm::dmat4& camera_to_world) {
     return result;
 }
 
-/// Returns an object's transform from model to world, without its scale, which BOP counts as part
-/// of the model.
+/// Returns an object's transform from model to world without scale. In BOP, the scale is part of
+/// the model.
 glm::dmat4 rigidPlace(const glm::dmat4& to_world) {
     if (const auto place = rigid(to_world)) return *place;
     glm::dmat4 place(1);
@@ -58,8 +58,8 @@ json cocoBox(const Window& box) {
     return {box.x0, box.y0, box.width(), box.height()};
 }
 
-/// Returns the data that bop_toolkit's scripts/calc_gt_info.py calculates. Invisible objects have
-/// no box there.
+/// Returns the data calculated by bop_toolkit's scripts/calc_gt_info.py. Invisible objects get the
+/// box [−1, −1, −1, −1].
 json bopInfo(const ObjectMasks& masks) {
     const json none = {-1, -1, -1, -1};
     const bool seen = masks.visible.count() > 0;

@@ -17,8 +17,8 @@ namespace peeler {
 nlohmann::json viewJson(const MaskedView& view, const MaskFormats& formats,
                         std::span<const std::size_t> listed);
 
-/// Makes the text of a file shared by all views, in pieces: begin(), add() for each view in order,
-/// end().
+/// A builder of the text of a file shared by all views: call begin(), add() for each view in order,
+/// and end(), and join the texts that they return.
 class SharedJson {
   public:
     /// `name` is the file's name, which chooses the content.

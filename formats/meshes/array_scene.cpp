@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads scenes of one mesh, given as arrays of vertices and triangles.
+// Reader of scenes of one mesh, given as arrays of vertices and triangles.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -37,10 +37,10 @@ class ArraySceneReader {
         const std::string name = arrays_.text("name").value_or(file_.stem());
         arrays_.array("arrays_version");
         for (const std::string& unused : arrays_.unused())
-            if (unused != "format")  // metadata of PyTorch and others: the source library
+            if (unused != "format")  // PyTorch and others store the source library there
                 file_.warn("\"" + unused + "\" is ignored.", arrays_.placeOf(unused));
         Mesh mesh;
-        // Do not add a primitive without indices, which would draw all vertices in order.
+        // A primitive without indices would draw all vertices in order.
         if (!has_faces_ || !primitive_.indices.empty())
             mesh.primitives.push_back(std::move(primitive_));
         file_.addNode(name, std::move(mesh));
@@ -88,7 +88,7 @@ class ArraySceneReader {
         }
     }
 
-    /// Reads colours, which are linear, 0 to 1. Integers other than uint8 and uint16 are rejected,
+    /// Reads colours, which are linear, 0 to 1. Rejects integers other than uint8 and uint16,
     /// because their white could be 1, 255 or more.
     void readColors(const NumberArray& colors) {
         const std::string_view type = colors.number->type;
@@ -157,7 +157,8 @@ class ArraySceneReader {
         file_.scene().images.push_back(std::move(image));
     }
 
-    /// Returns the rows of a 2D array as vectors; `rows` is the number of rows required, if any.
+    /// Returns the rows of a 2D array as vectors. Throws Error (kInput) if the shape is not (rows,
+    /// components); without `rows`, any number of rows is accepted.
     template <class Vector>
     std::vector<Vector> vectorsOf(const char* name, const NumberArray& array,
                                   std::optional<std::uint64_t> rows) {

@@ -10,7 +10,7 @@
 namespace peeler {
 namespace {
 
-/// Returns numbers that differ in every process, so that nobody can make a file whose corners all
+/// Returns numbers that differ in every process, so that no file can be crafted to make all corners
 /// collide.
 std::array<std::uint64_t, 2> secretNumbers() {
     std::random_device device;

@@ -50,7 +50,7 @@ std::optional<float> coordinate(double value) {
 }
 
 bool makeLinear(std::vector<glm::vec4>& colors, const ColorTypes& types) {
-    constexpr float kRounded = 1.001F;  // allowed, since sums of weights can slightly exceed 1
+    constexpr float kRounded = 1.001F;  // tolerance for rounded sums of weights
     float most_rgb = 0, most_alpha = 0;
     bool whole = true;
     for (const glm::vec4& color : colors) {
@@ -176,7 +176,7 @@ Scene MeshFile::finish() {
         }
     }
     if (scene_.meshes.empty()) warn("There is nothing to draw in the file.");
-    // glTF's default material, which is always last; not used here.
+    // glTF's default material, which is always the last; these formats do not use it.
     scene_.materials.emplace_back();
     scene_.scenes.push_back({"", rootsOf(scene_.nodes)});
     scene_.warnings = warnings_.take();

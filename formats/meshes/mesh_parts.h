@@ -26,8 +26,8 @@
 
 namespace peeler {
 
-// Defined in ply_scene.cpp, stl_scene.cpp, obj_scene.cpp and array_scene.cpp: the functions in the
-// format table.
+// The functions in the format table, defined in ply_scene.cpp, stl_scene.cpp, obj_scene.cpp and
+// array_scene.cpp.
 
 Scene readPlyScene(const std::filesystem::path& path, const SceneReadOptions& options);
 Scene readStlScene(const std::filesystem::path& path, const SceneReadOptions& options);
@@ -53,7 +53,7 @@ class MeshFile {
     std::span<const std::uint8_t> bytes() const { return bytes_; }
     std::string_view text() const;
     const std::string& name() const { return name_; }  ///< the path
-    /// Name for objects that have none: the file's name without extension.
+    /// Name for objects without one: the file's name without extension.
     std::string stem() const;
     const SceneReadOptions& options() const { return options_; }
     Scene& scene() { return scene_; }
@@ -64,26 +64,26 @@ class MeshFile {
     /// Checks the memory budget and max_geometry_bytes, for vertices and indices of the scene.
     void allowGeometry(std::uint64_t bytes);
 
-    /// Return the text of a position in the file: "part.obj:12", "part.stl, byte 84".
+    /// These return the text of a position in the file: "part.obj:12", "part.stl, byte 84".
     std::string atLine(std::size_t place) const;
     std::string atByte(std::size_t place) const;
     void warn(const Text& sentence, const Text& where = {}) { warnings_.warn(sentence, where); }
 
     /// Reads another file in the scene's folder, and adds its bytes to the scene's hash. `where` is
-    /// the line that names the file; `from` is the folder of the file that has that line.
+    /// the line that names the file; `from` is the folder of the file with that line.
     std::vector<std::uint8_t> readBeside(const std::string& file, const std::string& from,
                                          const std::string& where);
-    /// Returns the folder of a file that is referred to, relative to the scene's folder.
+    /// Returns the folder of a referenced file, relative to the scene's folder.
     std::string folderOf(const std::string& file) const;
     /// Warns that a texture or material file is not available.
     void missing(const std::string& what, const Error& problem, const std::string& where);
 
-    /// Adds a node, with the mesh unless that is empty. Returns the node's index.
+    /// Adds a node, and the mesh unless it is empty. Returns the node's index.
     int addNode(const std::string& node_name, Mesh mesh);
-    /// Returns the index of the plain grey material, which the first call adds.
+    /// Returns the index of the plain grey material. The first call adds it.
     int neutralMaterial();
-    /// Returns the index of the white material, which the first call adds. It is for meshes with
-    /// colours of their own.
+    /// Returns the index of the white material, for meshes with their own colours. The first call
+    /// adds it.
     int colorMaterial();
     /// Completes the scene (normals, default material, roots) and returns it.
     Scene finish();
@@ -103,29 +103,30 @@ class MeshFile {
 /// Returns a two-sided material that is neither metallic nor glossy; `color` is linear.
 Material plainMaterial(const std::string& name, const glm::vec4& color);
 
-/// Returns a number as a 32-bit float; nothing if it is NaN, infinite, or too large for that.
+/// Returns a number as a 32-bit float; nothing if it is NaN, infinite, or beyond the range of
+/// floats.
 std::optional<float> coordinate(double value);
 
-/// The largest values of the types that store colours; 1 for floating point.
+/// The maximum values of the types that store colours; 1 for floating point.
 struct ColorTypes {
     double rgb = 1, alpha = 1;
 };
 /// Converts a file's colours (sRGB with straight alpha) to linear. For byte types, white is 255.
-/// For other types, white is the least of 1 (only for floating point), 255 and 65,535 that no value
-/// exceeds; the last two require that all values are integers. Returns false if values were out of
-/// range and have been clamped. Leaves colours with negative alpha unchanged.
+/// For other types, white is 1 if no value exceeds 1 (floating point only), else 255 if no value
+/// exceeds 255, else 65,535; 255 and 65,535 require that all values are integers. Returns false if
+/// values were out of range and have been clamped. Leaves colours with negative alpha unchanged.
 bool makeLinear(std::vector<glm::vec4>& colors, const ColorTypes& types);
 
 // Defined in corner_index.cpp.
 
-/// Numbers distinct keys of three words in the order of their first appearance, on which alone the
-/// numbers depend. A hash with a secret random key prevents files from being crafted to make it
-/// slow.
+/// A numbering of distinct keys of three words in the order of their first appearance. The numbers
+/// depend on nothing else. A hash with a secret random key prevents files from being crafted to
+/// make it slow.
 class CornerIndex {
   public:
     using Key = std::array<std::uint32_t, 3>;
 
-    /// `allow` is called with the number of bytes before each allocation.
+    /// Calls `allow` with the number of bytes before each allocation.
     explicit CornerIndex(std::function<void(std::uint64_t bytes)> allow);
 
     /// Reserves memory for this many keys at once, which is faster than growing.
@@ -166,18 +167,18 @@ class CornerIndex {
 
 // Defined in polygon_cutter.cpp.
 
-/// Triangulates polygons (G. H. Meisters, "Polygons Have Ears", 1975), deterministically: n corners
-/// give n − 2 triangles, and one or two corners give none. A polygon whose corners all turn the
-/// same way becomes a fan around its first corner. Others are projected along the axis nearest to
-/// their normal, and ears are cut off. Collinear corners, repeated corners and bridges to holes are
-/// kept. A self-intersecting polygon gets the right number of triangles, though not necessarily the
-/// right triangles.
+/// A triangulator of polygons (G. H. Meisters, "Polygons Have Ears", 1975). It is deterministic: n
+/// corners give n − 2 triangles, and one or two corners give none. A polygon whose corners all turn
+/// the same way becomes a fan around its first corner. Other polygons are projected along the axis
+/// nearest to their normal, and ears are cut off. Collinear corners, repeated corners and bridges
+/// to holes are kept. A self-intersecting polygon gets the right number of triangles, though not
+/// necessarily the right triangles.
 class PolygonCutter {
   public:
     using Triangle = std::array<std::uint32_t, 3>;
 
-    /// Returns the triangles as indices into `corners`; they are valid until the next call. Throws
-    /// Error (kInput) without `where` if all polygons so far take more than 2^29 steps together.
+    /// Returns the triangles as indices into `corners`, valid until the next call. Throws Error
+    /// (kInput) without `where` if all polygons so far take more than 2^29 steps together.
     std::span<const Triangle> cut(std::span<const glm::vec3> corners);
 
   private:
@@ -201,21 +202,21 @@ class PolygonCutter {
 // Defined in smooth_normals.cpp.
 
 /// Adds normals, which are smooth within patches, to a primitive of indexed triangles. A patch
-/// continues across an edge if exactly two triangles share its end positions, in opposite
-/// directions, and if their planes differ by at most `degrees`. A normal is the mean of the normals
-/// of the patch's triangles at that position, weighted by angle (G. Thürmer and C. A. Wüthrich,
-/// "Computing Vertex Normals from Polygonal Facets", 1998). Vertices that need several normals are
-/// split.
+/// continues across an edge if exactly two triangles share the edge's end positions, in opposite
+/// directions, and if their planes differ by at most `degrees`. The normal at a position is the
+/// mean of the normals of the patch's triangles there, weighted by angle (G. Thürmer and C. A.
+/// Wüthrich, "Computing Vertex Normals from Polygonal Facets", 1998). Vertices that need several
+/// normals are split.
 void addSmoothNormals(Primitive& primitive, double degrees,
                       const std::function<void(std::uint64_t bytes)>& allow);
 
 // Defined in mesh_textures.cpp.
 
-/// A reference to a texture: its file, and how it is mapped (U, V from the lower left).
+/// A reference to a texture: its file, and its mapping (U, V from the lower left).
 struct MeshMap {
     std::string file{};   ///< "" if there is no texture
     std::string where{};  ///< the line with the reference
-    /// Folder that `file` is relative to, itself relative to the scene's folder.
+    /// Folder to which `file` is relative; itself relative to the scene's folder.
     std::string from{};
     glm::vec2 scale{1}, offset{0};
     bool clamp = false;
@@ -230,9 +231,10 @@ class MeshTextures {
   public:
     explicit MeshTextures(MeshFile& file) : file_(file) {}
 
-    /// Returns a reference to the texture; an empty one, with a warning, if it is not available.
+    /// Returns a reference to the texture. If the texture is not available, warns and returns an
+    /// empty reference.
     TextureRef texture(const MeshMap& map);
-    /// Returns a texture whose channels come from others: channel i is channel `of[i].channel` of
+    /// Returns a texture combined from channels of others: channel i is channel `of[i].channel` of
     /// the texture `of[i].map`, at the nearest pixel, or 255 if `map` is null.
     struct Source {
         const MeshMap* map = nullptr;
@@ -244,26 +246,26 @@ class MeshTextures {
     int image(const MeshMap& map);
 
     MeshFile& file_;
-    /// Index in the scene for each file; −1 if it is not available.
+    /// Index in the scene for each file; −1 if the file is not available.
     std::map<std::string, int> images_;
 };
 
 // Defined in obj_materials.cpp.
 
-/// Returns a name in an OBJ or MTL, which may contain blanks: the text up to a comment (" # ").
+/// Returns a name in an OBJ or MTL: the text up to a comment (" # "). The name may contain blanks.
 std::string_view objName(std::string_view text);
 
-/// The materials in the .mtl files of an OBJ, in the order of the files. Textures are read when a
-/// material that has them is first used.
+/// The materials in the .mtl files of an OBJ, in the order of the files. A material's textures are
+/// read when the material is first used.
 class ObjMaterials {
   public:
     explicit ObjMaterials(MeshFile& file);
     ~ObjMaterials();
 
-    /// Reads the files that an `mtllib` statement lists; `where` is its line.
+    /// Reads the files in an `mtllib` statement; `where` is its line.
     void load(std::string_view names, const std::string& where);
-    /// Returns a material's index in the scene. For an unknown name, returns that of the neutral
-    /// material, with a warning.
+    /// Returns a material's index in the scene. For an unknown name, warns and returns the index of
+    /// the neutral material.
     int use(const std::string& material, const std::string& where);
     /// Records that faces with this material (an index from use()) lack texture coordinates.
     void useWithoutTexcoords(int material);

@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kClampToEdge = 33071;
 
-/// Returns a channel of that pixel in `image` which is nearest to the centre of pixel (x, y) in a
+/// Returns a channel of the pixel of `image` that is nearest to the centre of pixel (x, y) in a
 /// picture of this size.
 std::uint8_t nearest(const Image& image, int x, int y, int width, int height, int channel) {
     const auto scaled = [](int at, int from, int to) {
@@ -48,7 +48,7 @@ TextureRef MeshTextures::texture(const MeshMap& map) {
     TextureRef texture;
     if (map) texture.image = image(map);
     if (map.clamp) texture.sampler.wrap_s = texture.sampler.wrap_t = kClampToEdge;
-    // glTF's V is 1 minus the file's V.
+    // glTF's V is 1 − the file's V.
     texture.transform[0][0] = map.scale.x;
     texture.transform[1][1] = map.scale.y;
     texture.transform[2][0] = map.offset.x;

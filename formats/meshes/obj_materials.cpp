@@ -23,7 +23,7 @@ struct ObjMaterials::Mtl {
     float anisotropy = 0, anisotropy_turn = 0;  ///< the rotation is in full turns
     MeshMap diffuse_map, opacity_map, emissive_map, roughness_map, metallic_map, normal_map;
     bool used = false, without_texcoords = false;
-    /// Settings that are not supported, with their lines. There is a warning if the material is
+    /// Settings that are not supported, with their lines. They cause a warning if the material is
     /// used.
     std::vector<std::pair<std::string, std::string>> lost{};
 };
@@ -51,8 +51,8 @@ struct MapOption {
     std::string_view word;
     std::size_t most;
     glm::vec3 initial;  ///< values of numbers that are missing
-    /// Applies the option; returns false if it changes the texture but is not supported. Null if
-    /// the option has no visible effect here.
+    /// Applies the option. Returns false if the option changes the texture but is not supported.
+    /// Null for options without a visible effect.
     bool (*set)(MeshMap& map, const glm::vec3& value, std::string_view text);
 };
 
@@ -94,9 +94,9 @@ constexpr MapOption kMapOptions[] = {
     {"-type", 0, glm::vec3(0), nullptr},
 };
 
-/// Statements that have no effect in physically based shading: ambient light comes from the
-/// environment; highlights follow from the dielectric or metallic surface; the others control
-/// reflection, refraction and filtering in a renderer of 1995.
+/// Statements without effect in physically based shading. Ambient light comes from the environment,
+/// and highlights from the dielectric or metallic surface; the other statements control reflection,
+/// refraction and filtering in a renderer of 1995.
 constexpr std::string_view kWithoutEffect[] = {"ka",     "ks",        "ni",     "illum",
                                                "map_ka", "sharpness", "map_aat"};
 
@@ -128,7 +128,8 @@ MeshMap mapIn(std::string_view text, const std::string& where) {
     return map;
 }
 
-/// Returns the file names in an `mtllib` statement; blanks may be inside names or between them.
+/// Returns the file names in an `mtllib` statement. Blanks may separate names, or be part of a
+/// name.
 std::vector<std::string> libraryNames(std::string_view text) {
     constexpr std::string_view kEnd = ".mtl";
     std::vector<std::string> names;
@@ -163,13 +164,13 @@ ObjMaterials::~ObjMaterials() = default;
 
 void ObjMaterials::load(std::string_view names, const std::string& where) {
     for (const std::string& name : libraryNames(names)) {
-        // Programs repeat the statement for every object.
+        // Programs repeat the statement for every object, so skip files that have been read.
         if (!libraries_.insert(name).second) continue;
         try {
             const std::vector<std::uint8_t> bytes = file_.readBeside(name, {}, where);
             read(name, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
         } catch (const Error& problem) {
-            if (problem.where() != where) throw;  // the file exists, but is faulty
+            if (problem.where() != where) throw;  // the file exists but is faulty
             file_.missing("The materials \"" + name + "\" are left out", problem, where);
         }
     }
@@ -218,7 +219,7 @@ void ObjMaterials::read(const std::string& name, std::string_view text) {
     }
 }
 
-/// Keeps a warning, which is issued only if the material is used.
+/// Keeps a warning until the material is used.
 void ObjMaterials::lose(Mtl& mtl, const std::string& sentence, const std::string& where) {
     constexpr std::size_t kMost = 20;
     if (mtl.lost.size() >= kMost) return;
@@ -226,7 +227,7 @@ void ObjMaterials::lose(Mtl& mtl, const std::string& sentence, const std::string
     mtl.lost.emplace_back(sentence, where);
 }
 
-/// Reads a numeric statement; returns false if `word` is not the keyword of one.
+/// Reads a numeric statement. Returns false if `word` is not the keyword of such a statement.
 bool ObjMaterials::readNumbers(Mtl& mtl, std::string_view word, std::string_view rest,
                                const std::string& where) {
     constexpr float kAny = std::numeric_limits<float>::max();
@@ -290,8 +291,8 @@ int ObjMaterials::use(const std::string& material, const std::string& where) {
     return found->second;
 }
 
-/// Returns a material's opacity. `d` takes precedence over `Tr`. Programs that write both either
-/// give both the same value, and then `Tr` means opacity, or values that add up to 1.
+/// Returns a material's opacity. `d` takes precedence over `Tr`, because programs disagree about
+/// `Tr`: some write the same value for both, others values that add up to 1.
 float ObjMaterials::opacity(const Mtl& mtl) {
     constexpr float kRounded = 0.01F;
     const float by_transparency = 1 - mtl.transparency.value_or(0);
@@ -307,13 +308,12 @@ void ObjMaterials::useWithoutTexcoords(int material) {
 }
 
 Material ObjMaterials::material(const Mtl& mtl) {
-    // Exporters write black for a material with a texture and mean the texture alone.
+    // For a material with only a texture, exporters write a black diffuse colour.
     const bool black = mtl.diffuse_map && mtl.diffuse == glm::vec3(0);
     const glm::vec3 diffuse = black ? glm::vec3(1) : mtl.diffuse;
     Material material = plainMaterial(mtl.name, glm::vec4(diffuse, opacity(mtl)));
-    // Converts the Blinn-Phong exponent to the width of a microfacet distribution (B. Walter et
-    // al., "Microfacet Models for Refraction through Rough Surfaces", 2007, section 5.2), whose
-    // square root is glTF's roughness.
+    // The square root of the width of a microfacet distribution with this Blinn-Phong exponent (B.
+    // Walter et al., "Microfacet Models for Refraction through Rough Surfaces", 2007, section 5.2).
     material.roughness = mtl.roughness.value_or(std::pow(2 / (mtl.shininess + 2), 0.25F));
     material.metallic = mtl.metallic;
     material.emissive = mtl.emissive;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads Wavefront OBJ (Alias|Wavefront, "Object Files (.obj)", 1995): faces, lines and points;
-// objects and groups become nodes. Debian's tinyobjloader is not used, for these reasons: it adds
-// up decimal digits, so the last bits of numbers are wrong; it reads malformed numbers as 0; it
-// reports an index out of range only as a warning without a line; and it drops faces, which shifts
-// the indices of later faces.
+// Reader of Wavefront OBJ (Alias|Wavefront, "Object Files (.obj)", 1995): faces, lines and points;
+// objects and groups become nodes. Debian's tinyobjloader is not used because of these faults: it
+// adds up decimal digits, so the last bits of numbers are wrong; it reads malformed numbers as 0;
+// it only warns, without a line, about an index out of range; and it drops faces, which shifts the
+// indices of later faces.
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -26,25 +26,26 @@ constexpr std::string_view kFreeForm[] = {
 /// Other statements that are ignored with a warning, unless their argument is "off".
 constexpr std::string_view kLost[] = {"bevel",      "c_interp",  "d_interp", "usemap", "maplib",
                                       "shadow_obj", "trace_obj", "call",     "csh"};
-/// Statements about curves, surfaces or previews that can be ignored without a warning.
+/// Statements about curves, surfaces or previews that are ignored without a warning.
 constexpr std::string_view kHarmless[] = {"mg", "lod"};
 
 bool isAmong(std::string_view word, std::span<const std::string_view> words) {
     return std::ranges::find(words, word) != words.end();
 }
 
-/// Returns the line up to a comment. Not for statements with names, which may contain '#'.
+/// Returns the line up to a comment. Do not use it for statements with names, which may contain
+/// '#'.
 std::string_view withoutComment(std::string_view line) {
     return line.substr(0, line.find('#'));
 }
 
-/// Reads the lines of a text; a line that ends with a backslash is joined with the next.
+/// A reader of the lines of a text. It joins a line that ends in a backslash with the next line.
 class ObjLines {
   public:
     explicit ObjLines(std::string_view text) : rest_(text) {}
 
-    /// Reads the next line, trimmed; it is valid until the following call. Returns false at the
-    /// end.
+    /// Reads the next line, without blanks at its ends. The line is valid until the next call.
+    /// Returns false at the end.
     bool next(std::string_view& line) {
         if (rest_.empty()) return false;
         first_ = ++last_;
@@ -62,7 +63,7 @@ class ObjLines {
         line = trimmed(line);
         return true;
     }
-    /// Returns the number of the line, from 1; if lines were joined, that of the first.
+    /// Returns the number of the line, from 1; for joined lines, the number of the first.
     std::size_t number() const { return first_; }
 
   private:
@@ -88,11 +89,11 @@ class ObjReader {
     }
 
   private:
-    /// A corner of an element: indices from 0, −1 if there is none.
+    /// A corner of an element: indices from 0, −1 for missing ones.
     struct Corner {
         std::int64_t position = -1, uv = -1, normal = -1;
     };
-    /// The properties that all elements of a primitive share.
+    /// The properties shared by all elements of a primitive.
     struct Run {
         std::size_t place = 0;  ///< index into places_
         int material = -1;
@@ -107,7 +108,7 @@ class ObjReader {
         Mesh mesh{};
     };
 
-    // Vertices are read in a first pass, because an element may refer to later vertices.
+    // The first pass reads only vertices, because an element may refer to later vertices.
 
     void readVertices() {
         std::string_view line;
@@ -147,7 +148,7 @@ class ObjReader {
             file_.warn("A vertex has " + std::to_string(count) +
                            " numbers, not 3 (coordinates), 4 (with a weight) or 6 (with a colour).",
                        where());
-        if (count < 6) return;  // any fourth number is a weight for curves
+        if (count < 6) return;  // a fourth number is a weight for curves
         const glm::vec4 color(found[3], found[4], found[5], 1);
         addColors(positions_.size() - 1, {&color, 1});
     }
@@ -160,8 +161,8 @@ class ObjReader {
         std::ranges::copy(colors, colors_.begin() + static_cast<std::ptrdiff_t>(first));
     }
 
-    /// Reads ZBrush's colours, which follow their vertices: MMRRGGBB in hexadecimal digits, where
-    /// MM is a mask.
+    /// Reads ZBrush's colours, MMRRGGBB in hexadecimal digits, where MM is a mask. They follow the
+    /// vertices to which they belong.
     void readPaint(std::string_view line) {
         constexpr std::size_t kDigits = 8;
         for (line = trimmed(line); line.size() >= kDigits; line.remove_prefix(kDigits)) {
@@ -188,8 +189,8 @@ class ObjReader {
         values.push_back(value);
     }
 
-    /// Reads at least `least` and at most three numbers; missing ones are 0. If any is not finite,
-    /// all are NaN.
+    /// Reads at least `least` and at most three numbers. Missing numbers are 0. If any number is
+    /// not finite, all three become NaN.
     glm::vec3 finite(std::string_view line, int least) {
         glm::vec3 found(0);
         for (int i = 0; i < 3; ++i) {
@@ -217,7 +218,7 @@ class ObjReader {
         return *found;
     }
 
-    // The second pass: elements.
+    // The second pass reads elements.
 
     void readElements() {
         std::string_view line;
@@ -243,7 +244,8 @@ class ObjReader {
         }
     }
 
-    /// Reads a statement that changes the state; returns false if `word` is not the keyword of one.
+    /// Reads a statement that changes the state. Returns false if `word` is not the keyword of such
+    /// a statement.
     bool readState(std::string_view word, std::string_view rest) {
         if (word == "o") {
             place_ = placeOf({std::string(rest), {}, {}});
@@ -351,14 +353,14 @@ class ObjReader {
         }
     }
 
-    /// Returns the index if its value is finite, else −1.
+    /// Returns the index if the value there is finite, else −1.
     template <class Vector>
     static std::int64_t finiteOne(std::int64_t index, const std::vector<Vector>& values) {
         return std::isnan(values[static_cast<std::size_t>(index)].x) ? -1 : index;
     }
 
-    /// Parses an index: positive ones count from 1; negative ones count back from the last vertex
-    /// before this line.
+    /// Parses an index. Positive indices count from 1; negative indices count back from the last
+    /// vertex before this line.
     std::int64_t index(std::string_view word, std::size_t count, std::size_t seen) const {
         const auto number = numberIn<std::int64_t>(word);
         if (!number) fail("expected an index, not \"" + std::string(word.substr(0, 32)) + "\"");
@@ -455,7 +457,7 @@ class ObjReader {
         if (file_.scene().nodes.empty()) file_.addNode(file_.stem(), {});
     }
 
-    /// Returns the material for primitives that name none: white for vertex colours, else neutral
+    /// Returns the material for primitives without one: white for vertex colours, else neutral
     /// grey.
     int plainMaterialOf(const Primitive& primitive) {
         return primitive.colors.empty() ? file_.neutralMaterial() : file_.colorMaterial();
@@ -472,7 +474,7 @@ class ObjReader {
     static constexpr std::string_view kPaint = "#MRGB";
     static constexpr glm::vec4 kNoColor{-1};
     static constexpr std::size_t kOnce = 4096;  ///< number of elements per memory request
-    /// The memory of a run, in bytes, besides its data in the scene, until it is finished.
+    /// The bytes that an unfinished run takes in addition to its data in the scene.
     static constexpr std::size_t kRunBytes = 4096;
     static constexpr std::size_t kVertexBytes =
         2 * sizeof(glm::vec3) + sizeof(glm::vec2) + sizeof(glm::vec4);
@@ -483,8 +485,8 @@ class ObjReader {
     ObjMaterials materials_;
     std::vector<glm::vec3> positions_, normals_;
     std::vector<glm::vec2> uvs_;
-    std::vector<glm::vec4> colors_;  ///< colours of the first vertices, or kNoColor
-    std::vector<glm::vec4> paint_;   ///< colours of the last vertices, until their block ends
+    std::vector<glm::vec4> colors_;  ///< one per vertex, from the first; kNoColor if missing
+    std::vector<glm::vec4> paint_;   ///< colours of the current ZBrush block, for the last vertices
     std::size_t positions_seen_ = 0, uvs_seen_ = 0, normals_seen_ = 0;
     std::vector<Place> places_ = std::vector<Place>(1);
     std::map<std::pair<std::string, std::optional<std::string>>, std::size_t> place_numbers_{
@@ -509,7 +511,7 @@ class ObjReader {
 
 }  // namespace
 
-/// Whether one of the first lines is certainly OBJ, and there are no binary bytes.
+/// Whether one of the first lines is certainly OBJ and there are no binary bytes.
 bool isObj(std::string_view begin, std::uint64_t) {
     if (begin.find('\0') != std::string_view::npos) return false;
     constexpr std::string_view kWords[] = {"v", "vt", "vn", "f", "o", "g", "mtllib", "usemtl"};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads PLY meshes: the faces in order or, if there are none, the vertices as points.
+// Reader of PLY meshes: the faces in order or, without faces, the vertices as points.
 #include <algorithm>
 #include <bit>
 #include <map>
@@ -17,8 +17,8 @@ namespace {
 /// The meaning of a vertex property.
 enum class Meaning : std::uint8_t { kPosition, kNormal, kTexcoord, kColor };
 
-/// A name that programs give to a vertex property. If a file has several names for a meaning, the
-/// first in the table counts.
+/// A name of a vertex property, as written by some programs. If a file has several names for a
+/// meaning, the first name in the table is used.
 struct VertexName {
     std::string_view name;
     Meaning meaning;
@@ -53,8 +53,7 @@ constexpr VertexName kVertexNames[] = {
     {"diffuse_alpha", Meaning::kColor, 3},
 };
 
-/// The names of a meaning's properties, as messages list them, and the number of components that it
-/// requires.
+/// A meaning's property names for messages, and the number of components that it requires.
 struct MeaningRow {
     const char* names;
     std::size_t components;
@@ -62,7 +61,7 @@ struct MeaningRow {
 constexpr MeaningRow kMeanings[] = {
     {"x, y and z", 3}, {"nx, ny and nz", 3}, {"s and t (u and v)", 2}, {"red, green and blue", 3}};
 
-/// The properties of an element by meaning and component; null if it has none.
+/// The properties of an element by meaning and component; null for missing ones.
 using Meant = std::array<std::array<const PlyField*, 4>, std::size(kMeanings)>;
 
 Meant meantBy(const PlyElement& element) {
@@ -155,7 +154,7 @@ class PlyReader {
             file_.name(), "rename the element");
     }
 
-    /// Lists the textures in MeshLab's comments, and finds out whether faces choose among them.
+    /// Lists the textures in MeshLab's comments, and determines whether faces choose among them.
     void listTextures() {
         for (std::string_view comment : ply_.comments()) {
             if (!comment.starts_with(kTextureComment)) continue;
@@ -201,10 +200,10 @@ class PlyReader {
 
     // Reading of vertices.
 
-    /// A property, and where its values go.
+    /// A property, and the destination of its values.
     struct Column {
         const PlyField* property;
-        float* to = nullptr;  ///< where to store the next vertex's value; null if it is skipped
+        float* to = nullptr;  ///< destination for the next vertex; null if the property is skipped
         std::size_t step = 0;
         Meaning meaning{};
     };
@@ -249,7 +248,7 @@ class PlyReader {
         finishVertices(meant, odd);
     }
 
-    /// Warns of properties that are not drawn as they were meant.
+    /// Warns about properties that are not drawn as intended.
     void checkMeanings(const PlyElement& element, const Meant& meant) {
         for (std::size_t i = 0; i < std::size(kMeanings); ++i)
             if (!isWhole(meant, static_cast<Meaning>(i)))
@@ -373,7 +372,7 @@ class PlyReader {
         }
     }
 
-    /// Whether to use the colours of faces, over which vertex colours take precedence.
+    /// Whether to use the colours of faces. Vertex colours take precedence over them.
     bool hasColors(const Meant& meant) {
         if (!isWhole(meant, Meaning::kColor)) return false;
         if (!mesh_.colors.empty())
@@ -414,7 +413,7 @@ class PlyReader {
         }
     }
 
-    /// Returns the index of a face's texture; −1 if it has none.
+    /// Returns the index of a face's texture; −1 for none.
     int textureOf(double number) {
         if (number >= 0 && number < static_cast<double>(texture_maps_.size()))
             return static_cast<int>(number);
@@ -476,8 +475,8 @@ class PlyReader {
             addTriangle(a, b, c);
     }
 
-    /// Adds the triangles of the strips in face_: one per corner after the first two of a strip,
-    /// with every second one reversed.
+    /// Adds the triangles of the strips in face_: one for each corner after a strip's first two.
+    /// Reverses every second triangle.
     void addStrips() {
         std::size_t first = 0;
         for (std::size_t i = 0; i < face_.size(); ++i) {
@@ -516,13 +515,14 @@ class PlyReader {
     void openRun() {
         if (!runs_.empty() && runs_.back().texture == texture_) return;
         closeRun();
-        // What a run takes besides its data in the scene, until it is finished, in bytes.
+        // The bytes that an unfinished run takes in addition to its data in the scene.
         constexpr std::size_t kRunBytes = 4096;
         file_.allow(sizeof(Run) + kRunBytes);
         runs_.push_back({texture_});
     }
 
-    /// Gives the run its vertices: all those of the file or, if split_, its distinct corners.
+    /// Gives the run its vertices: all vertices of the file or, if split_, the run's distinct
+    /// corners.
     void closeRun() {
         if (runs_.empty()) return;
         Run& run = runs_.back();
@@ -619,12 +619,12 @@ class PlyReader {
     PlyFile ply_;
     std::unique_ptr<PlyNumbers> numbers_;
     std::uint64_t row_ = 0;
-    Primitive mesh_;  ///< the file's vertices, until a run takes them over
+    Primitive mesh_;  ///< the file's vertices; moved to the run if they are not split
     bool vertices_read_ = false, translucent_ = false;
     std::uint64_t triangles_made_ = 0;
     std::uint64_t odd_faces_ = 0, bare_faces_ = 0, odd_numbers_ = 0;
     PolygonCutter cutter_;
-    /// Set if the corners at a vertex may differ, or if there are several textures.
+    /// Set if the corners at a vertex may differ, or if the file has several textures.
     std::optional<CornerIndex> split_;
     CornerIndex uv_numbers_;
     bool has_corner_uvs_ = false;

@@ -12,12 +12,12 @@ namespace {
 
 constexpr std::uint64_t kMostSteps = std::uint64_t{1} << 29;
 
-/// Returns Newell's normal (M. E. Newell; F. Tampieri, Graphics Gems III, V.5), whose length is
-/// twice the polygon's area.
+/// Returns Newell's normal (M. E. Newell; F. Tampieri, Graphics Gems III, V.5). Its length is twice
+/// the polygon's area.
 glm::dvec3 normalOf(std::span<const glm::vec3> corners) {
     glm::dvec3 normal(0);
     for (std::size_t i = 0; i < corners.size(); ++i) {
-        // Subtract the first corner, for precision far from the origin.
+        // Subtract the first corner to keep precision far from the origin.
         const glm::dvec3 a = glm::dvec3(corners[i]) - glm::dvec3(corners[0]);
         const glm::dvec3 b = glm::dvec3(corners[(i + 1) % corners.size()]) - glm::dvec3(corners[0]);
         normal += glm::cross(a, b);
@@ -49,8 +49,8 @@ void PolygonCutter::fan() {
         triangles_.push_back({0, i, i + 1});
 }
 
-/// Projects the corners by dropping a coordinate, so without rounding. If the polygon is seen from
-/// behind, swaps the other two coordinates.
+/// Projects the corners by dropping a coordinate, which needs no rounding. If the polygon is seen
+/// from behind, swaps the other two coordinates.
 void PolygonCutter::project(std::span<const glm::vec3> corners) {
     const glm::dvec3 normal = normalOf(corners), size = glm::abs(normal);
     int axis = size.y > size.x ? 1 : 0;
@@ -82,8 +82,8 @@ void PolygonCutter::spend(std::uint64_t steps) {
 }
 
 /// Whether a corner is an ear: it is convex, and its triangle contains no other corner. Corners at
-/// the same position as one of the triangle's corners do not count, since the outline touches
-/// itself there, or has a bridge to a hole.
+/// the position of one of the triangle's corners do not count: there, the outline touches itself or
+/// has a bridge to a hole.
 bool PolygonCutter::isEar(std::uint32_t corner) const {
     const std::uint32_t a = previous_[corner], c = next_[corner];
     if (!(turn(a, corner, c) > 0)) return false;
@@ -121,8 +121,7 @@ void PolygonCutter::cutEars() {
     while (left_ > 3) {
         spend(left_);
         if (isEar(corner)) {
-            // Continue after the next corner, because cutting off adjacent ears would make a fan of
-            // slivers.
+            // Skip the next corner, because cutting off adjacent ears would make a fan of slivers.
             const std::uint32_t after = next_[next_[corner]];
             cutOff(corner);
             corner = after;
@@ -130,7 +129,7 @@ void PolygonCutter::cutEars() {
         } else if (++tried < left_) {
             corner = next_[corner];
         } else {
-            // A self-intersecting or collinear polygon may have no ear: cut off the flattest
+            // A self-intersecting or collinear polygon may have no ear. Then cut off the flattest
             // corner.
             std::uint32_t best = corner;
             double least = std::numeric_limits<double>::infinity();

@@ -15,7 +15,7 @@
 namespace peeler {
 namespace {
 
-/// The number of bytes by which a file's format is recognised.
+/// The number of bytes from which the format of a file is recognised.
 constexpr std::size_t kBegin = 4096;
 
 constexpr std::string_view kGltfExtensions[] = {".gltf", ".glb"}, kPlyExtensions[] = {".ply"},
@@ -25,7 +25,7 @@ constexpr std::string_view kGltfExtensions[] = {".gltf", ".glb"}, kPlyExtensions
 constexpr SceneFormat kSceneFormats[] = {
     {"glTF", kGltfExtensions,
      [](std::string_view begin, std::uint64_t size) {
-         // A .safetensors may also begin with a brace, which is then part of a length.
+         // A .safetensors may also begin with a brace, as the first byte of a length.
          return begin.starts_with("glTF") ||
                 (trimmed(withoutByteOrderMark(begin)).starts_with('{') &&
                  !isSafetensors(begin, size));
@@ -46,7 +46,7 @@ constexpr SceneFormat kSceneFormats[] = {
 
 constexpr const SceneFormat* kGltf = &kSceneFormats[0];
 
-/// A kind of file that is not a scene, by its first bytes.
+/// A kind of file that is not a scene, recognised by its first bytes.
 struct NoScene {
     std::string_view begin;
     const char *what, *hint;
@@ -77,8 +77,8 @@ std::string_view readBegin(const RegularFile& file, std::array<char, kBegin>& by
     return {bytes.data(), file.readSome(0, bytes)};
 }
 
-/// Returns the format that the content or, failing that, the name implies. Throws Error (kInput) if
-/// the content is certainly something else.
+/// Returns the format of the content, or, if no format recognises it, the format of the name.
+/// Throws Error (kInput) if the content is certainly something else.
 const SceneFormat* formatOf(const std::filesystem::path& path) {
     if (const SceneFormat* const format = sceneFormatOf(path)) return format;
     std::array<char, kBegin> bytes{};
@@ -90,8 +90,8 @@ const SceneFormat* formatOf(const std::filesystem::path& path) {
     return formatNamed(path);
 }
 
-/// Returns the transform from the file's axes and units to those of the scene; exact if the unit is
-/// a metre.
+/// Returns the transform from the file's axes and units to those of the scene. It is exact if the
+/// unit is a metre.
 glm::dmat4 placeOf(Axis up, double unit) {
     const glm::dvec4 x(unit, 0, 0, 0), y(0, unit, 0, 0), z(0, 0, unit, 0), end(0, 0, 0, 1);
     switch (up) {

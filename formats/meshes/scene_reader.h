@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads scene files of all formats: glTF, PLY, STL, OBJ, arrays.
+// Reader of scene files of all formats: glTF, PLY, STL, OBJ, arrays.
 #pragma once
 
 #include <cstdint>
@@ -25,7 +25,7 @@ struct SceneFormat {
     bool by_content = false;
 };
 
-/// Returns all formats, in the order in which they are tried.
+/// Returns all formats, in the order in which they are tested.
 std::span<const SceneFormat> sceneFormats();
 
 /// Returns the extensions of all formats, separated by blanks: ".gltf .glb .npz .safetensors .ply
@@ -34,7 +34,7 @@ std::string sceneExtensions(bool by_name = false);
 /// Whether the name has an extension that only scenes have.
 bool isSceneName(const std::filesystem::path& path);
 
-/// Returns the format that a file's content has; null if it is no scene format. Throws Error
+/// Returns the format of a file's content; null if the content is not a scene. Throws Error
 /// (kInput) if the file cannot be read.
 const SceneFormat* sceneFormatOf(const std::filesystem::path& path);
 
@@ -44,15 +44,16 @@ struct Assumed {
     Axis up = Axis::kY;  ///< axis in the file that becomes +Y of the scene
     double metres_per_unit = 1;
 };
-/// Returns the assumptions for a file; nothing if its format defines everything, as glTF does.
+/// Returns the assumptions for a file; nothing if its format defines all these properties, as glTF
+/// does.
 std::optional<Assumed> assumedOf(const std::filesystem::path& path,
                                  const SceneReadOptions& options);
 
-/// Reads the scene. If the content is not recognised, the format that the name implies reads the
+/// Reads the scene. If the content is not recognised, the reader for the file's extension reads the
 /// file and reports the problem. PLY, STL and OBJ become triangles, lines or points in file order:
 /// a polygon with n corners becomes n − 2 consecutive triangles, only bit-identical corners are
 /// welded, and nothing is dropped. Coordinates are 32-bit floats, unchanged; `up` and
-/// `metres_per_unit` rotate and scale the nodes instead. Throws Error (kInput), with a JSON pointer
+/// `metres_per_unit` rotate and scale the nodes instead. Throws Error (kInput) with a JSON pointer
 /// into a glTF, "part.obj:12" (a line), "part.stl, byte 84", or the path as `where`.
 Scene readSceneFile(const std::filesystem::path& path, const SceneReadOptions& options = {});
 

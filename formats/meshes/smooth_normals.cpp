@@ -14,7 +14,7 @@ namespace {
 /// An edge of a triangle, between two positions.
 struct Side {
     std::uint32_t low, high;  ///< indices of the positions at both ends
-    std::uint32_t corner;     ///< where the edge starts: 3 · triangle + 0, 1 or 2
+    std::uint32_t corner;     ///< the corner where the edge starts: 3 · triangle + 0, 1 or 2
     bool rises;               ///< whether the edge runs from low to high
 };
 
@@ -34,7 +34,7 @@ class Patches {
             at = parent_[at] = parent_[parent_[at]];
         return at;
     }
-    /// Joins two sets. The joined set keeps the lower number, so that the result does not depend on
+    /// Joins two sets. The joined set keeps the lower index, so that the result does not depend on
     /// the order of calls.
     void join(std::size_t a, std::size_t b) {
         const std::uint32_t first = of(a), second = of(b);
@@ -81,7 +81,7 @@ class SmoothNormals {
         return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b));
     }
 
-    /// Gives vertices at the same position (where −0 equals 0) the same number.
+    /// Gives the same number to vertices at the same position (−0 equals 0).
     void findPositions() {
         CornerIndex positions(allow_);
         for (const glm::vec3& p : primitive_.positions) {
@@ -137,7 +137,7 @@ class SmoothNormals {
         primitive_.normals.reserve(split.keys().size());
         for (const CornerIndex::Key& key : split.keys()) {
             const glm::dvec3 normal = unit(sums[key[1]]);
-            // Degenerate triangles have no normal. Any normal will do, because they are invisible.
+            // Degenerate triangles have no normal and are invisible, so any normal will do.
             primitive_.normals.emplace_back(normal == glm::dvec3(0) ? glm::dvec3(0, 1, 0) : normal);
         }
     }

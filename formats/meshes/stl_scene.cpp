@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads text and binary STL (M. Burns, "Automated Fabrication", 1993, section 6.5). The scene has a
-// single mesh, whose triangle k is triangle k in the file. Facet normals are ignored, since they
-// follow from the corners. In text, white space and line ends are free.
+// Reader of text and binary STL (M. Burns, "Automated Fabrication", 1993, section 6.5). The scene
+// has a single mesh, whose triangle k is triangle k in the file. Facet normals are ignored, since
+// they follow from the corners. In text, white space and line ends are free.
 #include <algorithm>
 #include <bit>
 #include <cstring>
@@ -26,7 +26,7 @@ std::uint64_t binarySize(std::string_view begin) {
     return kHeader + kFacet * facetsOf(begin);
 }
 
-/// Whether a word is this keyword, in lower case or, as old programs write it, capitals.
+/// Whether a word is this keyword, in lower case or, as in files of old programs, in capitals.
 bool is(std::string_view word, std::string_view keyword) {
     return std::ranges::equal(word, keyword, [](char a, char b) {
         return a == b || (a >= 'A' && a <= 'Z' && a - 'A' + 'a' == b);
@@ -42,7 +42,8 @@ bool isText(std::string_view begin) {
     return is(takeWord(rest), "solid");
 }
 
-/// Removes and returns a solid's name: the rest of the line, up to a facet or another solid.
+/// Removes a solid's name from the text and returns it: the rest of the line, up to a facet or
+/// another solid.
 std::string_view takeName(std::string_view& text) {
     const std::string_view line = text.substr(0, text.find_first_of("\r\n"));
     std::size_t end = line.size(), solid = line.size();
@@ -99,7 +100,7 @@ class StlReader {
                        std::to_string(text_.size() - size) + ").");
         file_.allowGeometry(facets * 3 * sizeof(std::uint32_t));
         primitive_.indices.reserve(facets * 3);
-        corners_.reserve(facets / 2);  // about as many as a closed surface has
+        corners_.reserve(facets / 2);  // a closed surface has about half as many corners as facets
         bool has_attributes = text_.substr(0, kHeader).find("COLOR=") != std::string_view::npos;
         for (std::uint64_t facet = 0; facet < facets; ++facet) {
             const std::size_t at = kHeader + kFacet * facet;
@@ -120,7 +121,7 @@ class StlReader {
         if (has_attributes) file_.warn("The colours in triangle attributes are not read.");
     }
 
-    /// Reads text. All solids become one mesh, which gets the name of the first.
+    /// Reads text. All solids become one mesh with the name of the first.
     std::string readText() {
         std::string name;
         std::string_view rest = withoutByteOrderMark(text_);
@@ -132,7 +133,7 @@ class StlReader {
             const std::size_t place = text_.size() - rest.size();
             if (word.empty()) break;
             if (in_normal && !is(word, "outer") && !is(word, "vertex") && !is(word, "endfacet"))
-                continue;  // skip the numbers, since programs write normals in different ways
+                continue;  // skip the numbers, since programs format normals in different ways
             in_normal = false;
             if (is(word, "vertex") && corners >= 0) {
                 if (++corners > 3) fail("a facet has more than three corners", place);

@@ -30,10 +30,9 @@ draco::DecoderBuffer bufferOf(std::span<const std::uint8_t> bytes) {
     return buffer;
 }
 
-// The maximum number of declared triangles per byte of data. Entropy coding has no limit of its
-// own, so without this one a few bytes could make us allocate without end. A flat regular grid of 8
-// million triangles, encoded at the slowest setting, which gives the smallest files, has 13 per
-// byte.
+// The maximum number of declared triangles per byte of data. Without it, a few bytes could make
+// peeler allocate endlessly, since entropy coding sets no limit. A flat regular grid of 8 million
+// triangles has 13 triangles per byte at the slowest setting, which gives the smallest files.
 constexpr std::uint64_t kMostFacesPerByte = 32;
 
 /// The sizes that the data declares at its start.
@@ -41,8 +40,8 @@ struct Promise {
     std::uint32_t faces = 0, points = 0;
 };
 
-/// Reads a number in the connectivity header: old versions of the format store it with a fixed
-/// size, others as a varint.
+/// Reads a number in the connectivity header, which old versions of the format store with a fixed
+/// size and others as a varint.
 std::uint32_t number(draco::DecoderBuffer& buffer, bool fixed) {
     std::uint32_t value = 0;
     if (!(fixed ? buffer.Decode(&value) : draco::DecodeVarint(&value, &buffer)))
@@ -77,9 +76,8 @@ Promise promiseOf(std::span<const std::uint8_t> bytes) {
     if (!buffer.Decode(&traversal)) failDraco("the Draco data is truncated");
     const bool fixed = version < 0x200;
     if (version < 0x202) number(buffer, fixed);  // skips the number of vertices added by splits
-    // The number of vertices in the connectivity. It is only an estimate of the number of points:
-    // some encoders count vertices without faces, and seams split other vertices into several
-    // points.
+    // The number of vertices in the connectivity, which only estimates the number of points: some
+    // encoders count vertices without faces, and seams split other vertices into several points.
     const std::uint64_t vertices = number(buffer, fixed);
     promise.faces = number(buffer, fixed);
     if (!buffer.Decode(&attribute_data)) failDraco("the Draco data is truncated");

@@ -37,7 +37,7 @@ std::uint64_t addressSpace() {
     return pages * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
 }
 
-/// Lowers a resource limit, unless the host's is lower already. Unless `for_good`, the limit can be
+/// Lowers a resource limit, unless the current limit is lower. Unless `for_good`, the limit can be
 /// changed again later.
 void limit(int resource, std::uint64_t value, bool for_good = true) {
     struct rlimit both {};
@@ -57,7 +57,7 @@ void putText(SharedFile& file, const std::string& text) {
     file.put(std::span<const char>(text));
 }
 
-/// Replaces a partial result with an error.
+/// Replaces the result so far with an error.
 void putError(SharedFile& result, const Error& error) {
     result.seek(sizeof(HelperState));
     result.putOne(error.kind());
@@ -94,8 +94,8 @@ void helperMain(int count, char** arguments, HelperWork work) {
     openStandardStreams();
     if (count != 2) _exit(static_cast<int>(ErrorKind::kUsage));
     limit(RLIMIT_CORE, 0);
-    // Set the soft limit a second lower, because its signal shows that the time is up, whereas the
-    // hard limit's signal could come from any kill.
+    // The soft limit is a second lower, because its signal (SIGXCPU) shows that the time is up. The
+    // signal of the hard limit, SIGKILL, could have other causes.
     const std::uint64_t seconds = std::strtoull(arguments[1], nullptr, 10);
     limit(RLIMIT_CPU, seconds + 1);
     limit(RLIMIT_CPU, seconds, false);
@@ -108,7 +108,7 @@ void helperMain(int count, char** arguments, HelperWork work) {
     limit(RLIMIT_NOFILE, 0);
     limit(RLIMIT_NPROC, 0);
     prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
-    limitSystemCalls();  // where this is not supported, the limits above must suffice
+    limitSystemCalls();  // where this is not supported, only the limits above apply
     try {
         SharedFile request(STDIN_FILENO), result(STDOUT_FILENO, sizeof(HelperState));
         HelperState state = HelperState::kDone;
@@ -118,12 +118,11 @@ void helperMain(int count, char** arguments, HelperWork work) {
             putError(result, error);
             state = HelperState::kFailed;
         }
-        // The state is written last: until then there is no valid result, even if the process is
-        // killed.
+        // Write the state last, so that a process killed earlier leaves no valid result.
         result.seek(0);
         result.putOne(state);
     } catch (const std::exception&) {
-        _exit(1);  // there is not even enough memory for a message
+        _exit(1);  // not enough memory even for a message
     }
     _exit(0);
 }

@@ -36,8 +36,8 @@ StoredImage storedImage(const OIIO::ImageSpec& spec) {
     return image;
 }
 
-/// A FILE that is opened through RegularFile, because OpenImageIO would block on a pipe. FILE is
-/// used because the JPEG plugin can read nothing else.
+/// A FILE opened through RegularFile, because OpenImageIO would block on a pipe. The JPEG plugin
+/// can only read a FILE.
 struct FileStream {
     explicit FileStream(const std::string& path) {
         const RegularFile file(path);
@@ -103,9 +103,9 @@ class Decoder final : public ImageDecoder {
             check(input_->read_scanlines(0, 0, y, y + 1, 0, begin, end, type, samples));
     }
 
-    /// Rejects TIFFs for which OpenImageIO before 3.1.16 writes beyond its buffers: CMYK in tiles
-    /// or with samples that are not whole bytes, while converting to RGB (CVE-2026-67549), and
-    /// palettes with indices of three bytes.
+    /// Rejects TIFFs for which OpenImageIO before 3.1.16 writes beyond its buffers: palettes with
+    /// indices of three bytes, and CMYK in tiles or with samples that are not whole bytes, when
+    /// converted to RGB (CVE-2026-67549).
     static void refuseFragileTiff(const OIIO::ImageSpec& spec) {
         constexpr int kPalette = 3, kSeparated = 5;  // TIFF 6.0, sections 5 and 16
         const int bits = spec.get_int_attribute("oiio:BitsPerSample", 8);
@@ -122,8 +122,8 @@ class Decoder final : public ImageDecoder {
 
     std::unique_ptr<OIIO::Filesystem::IOProxy> proxy_;  // declared before input_, which uses it
     std::unique_ptr<OIIO::ImageInput> input_;
-    /// Whether to read a TIFF row by row. When reading by strips, OpenImageIO before 3.1.17 unpacks
-    /// data that it could not read, and inverts more samples than exist.
+    /// Whether to read a TIFF row by row. When it reads strips, OpenImageIO before 3.1.17 unpacks
+    /// data that it failed to read, and inverts more samples than there are.
     bool by_rows_ = false;
     StoredImage image_;
 };
@@ -175,7 +175,7 @@ class Encoder final : public ImageEncoder {
         spec.attribute("oiio:UnassociatedAlpha", 1);
         if (!image.software.empty()) spec.attribute("Software", image.software);
         if (!image.description.empty()) spec.attribute("ImageDescription", image.description);
-        // An empty date, because the file would otherwise contain the time of writing.
+        // Without an empty date, the file would contain the time of writing.
         if (format_ == "tiff") spec.attribute("DateTime", "");
         if (format_ == "jpeg") {
             spec.attribute("Compression", "jpeg:95");
@@ -205,8 +205,8 @@ class Encoder final : public ImageEncoder {
 
 class Library final : public ImageLibrary {
   public:
-    // No threads for TIFF: if a file is damaged, the threads that unpack its strips and tiles go on
-    // using freed memory (CVE-2023-24472, before 2.4.8.1; CVE-2026-65970, before 3.1.16).
+    // No threads for TIFF: if a file is damaged, the threads that unpack its strips and tiles may
+    // use freed memory (CVE-2023-24472, before 2.4.8.1; CVE-2026-65970, before 3.1.16).
     Library() { OIIO::attribute("tiff:multithread", 0); }
     std::unique_ptr<ImageDecoder> decoder(const std::string& format, const std::string& path,
                                           std::span<const std::uint8_t> bytes) const override {
@@ -220,7 +220,8 @@ class Library final : public ImageLibrary {
         threads = 1;  // ThreadSanitizer does not see how OpenImageIO's threads are synchronised
 #endif
         OIIO::attribute("threads", threads);
-        // OpenEXR counts threads besides the caller's; to OpenImageIO, −1 means none of these.
+        // OpenEXR counts threads in addition to the caller's. In OpenImageIO, −1 means no such
+        // threads.
         OIIO::attribute("exr_threads", threads > 1 ? threads : -1);
     }
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The seccomp(2) filter for decoders: the table of allowed system calls, and the BPF program that
-// is generated from it.
+// The seccomp(2) filter for decoders: the table of allowed system calls, and the BPF program
+// generated from it.
 #include <linux/audit.h>
 #include <linux/filter.h>
 #include <linux/seccomp.h>
@@ -25,10 +25,10 @@ namespace {
 #define PEELER_AUDIT_ARCHITECTURE AUDIT_ARCH_AARCH64
 #endif
 
-// No filter with sanitizers, which read /proc and more to report an error.
+// No filter with sanitizers, since their error reports read /proc and more.
 #if defined(PEELER_AUDIT_ARCHITECTURE) && !defined(PEELER_SHADOW_MEMORY)
 
-/// A system call that is allowed if an argument's low 32 bits, masked, have this value.
+/// A system call that is allowed if the low 32 bits of an argument, masked, have this value.
 struct Allowed {
     std::uint32_t call;
     unsigned argument = 0;
@@ -36,7 +36,7 @@ struct Allowed {
     std::uint32_t value = 0;
 };
 
-/// Returns the allowed calls: for files already open, non-executable memory, and the process
+/// Returns the allowed calls: those for open files, for non-executable memory, and for the process
 /// itself.
 std::vector<Allowed> allowedCalls() {
     constexpr std::uint32_t kAll = ~std::uint32_t{0};
@@ -84,7 +84,7 @@ std::vector<sock_filter> filterOf(const std::vector<Allowed>& allowed) {
     add(kLoad, offsetof(seccomp_data, arch));
     add(kIfEqual, PEELER_AUDIT_ARCHITECTURE, 1, 0);
     add(kReturn, SECCOMP_RET_KILL_PROCESS);
-    // x32 calls have numbers of their own, which are not in the table.
+    // x32 calls have their own numbers, which are not in the table.
     add(kLoad, offsetof(seccomp_data, nr));
     for (const Allowed& row : allowed) {
         if (row.mask == 0) {

@@ -16,7 +16,7 @@ namespace {
 using Grid = openvdb::FloatGrid;
 using openvdb::Coord;
 
-/// Calls visit(coordinates) for every cell of a block that is inside.
+/// Calls visit(coordinates) for every inside cell of a block.
 template <class Visit>
 void forEachInside(const VdbVoxels& voxels, const glm::ivec3& begin, const glm::ivec3& end,
                    Visit&& visit) {
@@ -33,8 +33,8 @@ void forEachInside(const VdbVoxels& voxels, const glm::ivec3& begin, const glm::
     }
 }
 
-/// Fills the grid in blocks of the size of OpenVDB's leaves. A block that is full becomes a tile,
-/// so that the interior takes no memory.
+/// Fills the grid in blocks of the size of OpenVDB's leaves. Full blocks become tiles, so that the
+/// interior takes no memory.
 void fill(Grid& grid, const VdbVoxels& voxels) {
     constexpr int kSide = Grid::TreeType::LeafNodeType::DIM;
     Grid::Accessor accessor = grid.getAccessor();
@@ -80,6 +80,6 @@ void write(std::ostream& stream, const VdbVoxels& voxels, const std::string& cre
 extern "C" __attribute__((visibility("default"))) void peelerWriteVdbGrid(
     std::ostream& stream, const peeler::VdbVoxels& voxels, const std::string& creator,
     int threads) {
-    // Not by tbb::global_control, which would also limit other work of a host program.
+    // tbb::global_control would also limit other work of a host program.
     tbb::task_arena(threads).execute([&] { peeler::write(stream, voxels, creator); });
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes the viewer page. Fragments are packed in 18 bytes each (3 more with coloured opacity, 4
-// with object ids, 4 with material ids), as differences that deflate well.
+// Writer of the viewer page. Fragments are packed in 18 bytes each (3 more with coloured opacity, 4
+// with object ids, 4 with material ids), as differences, which DEFLATE compresses well.
 #include "formats/page/html_view_writer.h"
 
 #include <libdeflate.h>
@@ -36,9 +36,9 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Rgba = std::array<float, 4>;
 
-/// The bytes per fragment before compression: without its colour, and for each kind of id.
+/// The bytes per fragment before compression: without colour and ids, and for each kind of id.
 constexpr std::size_t kPlanes = 14, kIdPlanes = 4;
-/// The memory per fragment in finish(), and how much more ids may take, in bytes.
+/// The bytes of memory per fragment in finish(), and the additional bytes if there are ids.
 constexpr std::uint64_t kScratch = 84, kIdScratch = 2 * kIdPlanes;
 
 /// The fragments in the order of the page: layer by layer, row by row.
@@ -47,7 +47,7 @@ struct LayerOrder {
         std::uint32_t fragment, pixel;
     };
     std::vector<Place> places;
-    std::vector<std::uint64_t> ends;  ///< where each layer ends in `places`
+    std::vector<std::uint64_t> ends;  ///< end of each layer in `places`
 };
 
 LayerOrder orderByLayer(const LayeredImage& image, const PixelRays& rays) {
@@ -68,8 +68,9 @@ LayerOrder orderByLayer(const LayeredImage& image, const PixelRays& rays) {
     return order;
 }
 
-/// Returns the measure of depth that the page stores: log2 Z, for the same relative precision near
-/// and far, or, for an orthographic camera, Z itself, since that may be 0.
+/// Returns the depth value that the page stores. For a perspective camera, this is log2 Z, which
+/// has the same relative precision near and far. For an orthographic camera, this is Z, which may
+/// be 0.
 double depthMeasure(const PixelRays& rays, double planar) {
     return rays.perspective() ? -std::log2(planar) : planar;
 }
@@ -86,7 +87,7 @@ struct Range {
         const double share = std::clamp((value - low) / (high - low), 0.0, 1.0);
         return static_cast<std::uint16_t>(std::lround(65535 * share));
     }
-    /// Returns the range, slightly enlarged if its length is zero.
+    /// Returns the range; slightly enlarges it if its length is zero.
     Range widened() const {
         if (!(low <= high)) return {0, 1};
         return {low, high > low ? high : low + std::max(1e-6, 1e-6 * std::abs(low))};
@@ -104,7 +105,7 @@ struct IdKind {
 constexpr std::array<IdKind, 2> kIdKinds = {{{"id.object", "objects", &IdNames::objects},
                                              {"id.material", "materials", &IdNames::materials}}};
 
-/// A fragment with the values that the page stores.
+/// A fragment's values, as the page stores them.
 struct PackedFragment {
     std::uint32_t pixel = 0;                        ///< index of the pixel in the window, row-major
     std::array<std::uint16_t, kCorners> corners{};  ///< depth codes
@@ -113,11 +114,11 @@ struct PackedFragment {
     std::array<std::uint32_t, kIdKinds.size()> ids{};
 };
 
-/// Packs the fragments in byte planes, each as differences from the previous one: pixel (4 bytes);
-/// the upper left corner, the lower left corner, the rise from the upper left to the upper right,
-/// and the additional rise of the lower right (2 each); colour (4, or 7 with opacity per channel);
-/// the code of the fragment's own depth less the mean of its corners (2); and the ids, if any (4
-/// each). unpack() in page_drawing.js adds the differences up.
+/// A packer of fragments in byte planes, each value as the difference from a prediction. The planes
+/// are: pixel (4 bytes); the upper left corner, the lower left corner, the rise from the upper left
+/// to the upper right, and the additional rise of the lower right (2 each); colour (4, or 7 with
+/// opacity per channel); the code of the fragment's own depth less the mean of its corners (2); and
+/// the ids, if any (4 each). unpack() in page_drawing.js reverses the packing.
 class Packer {
   public:
     Packer(std::size_t count, bool tinted, const std::array<bool, kIdKinds.size()>& ids)
@@ -131,8 +132,8 @@ class Packer {
     void add(const PackedFragment& fragment) {
         plane_ = 0;
         put(fragment.pixel - last_.pixel, 4);
-        // Along a surface, a left corner equals the right corner of the previous fragment, and the
-        // slope changes little.
+        // On a surface, the left corners equal the right corners of the previous fragment, and the
+        // slope changes little. So these differences are small.
         const auto& corners = fragment.corners;
         const std::uint32_t rise = corners[kUpperRight] - std::uint32_t{corners[kUpperLeft]};
         put(corners[kUpperLeft] - std::uint32_t{last_.corners[kUpperRight]}, 2);
@@ -194,7 +195,7 @@ std::string base64(std::span<const std::uint8_t> bytes) {
     return text;
 }
 
-/// Returns JSON for a <script> element; '<' is escaped so that nothing looks like a tag.
+/// Returns JSON for a <script> element, with '<' escaped so that no text looks like a tag.
 std::string scriptText(const Json& value) {
     std::string text;
     for (const char c : dumpJson(value, -1, true)) {
@@ -221,7 +222,8 @@ EncodedColor encodedColor(const TintedColor& color, const Display& display) {
     return bytes;
 }
 
-/// Returns the exposure in stops: the requested one, or the one that the layers' composite needs.
+/// Returns the exposure in stops: the requested exposure, or the one that suits the layers'
+/// composite.
 float exposureOf(const OutputOptions& options, const LayeredImage& image, const View& view) {
     if (!options.automatic_exposure || isPart(view)) return options.exposure;
     CompositeImage composite;
@@ -231,7 +233,7 @@ float exposureOf(const OutputOptions& options, const LayeredImage& image, const 
     return meter.stopsIfNeeded();
 }
 
-/// Returns the axis that the page turns the layers around: world +Y in camera space or, if the
+/// Returns the axis around which the page turns the layers: world +Y in camera space or, if the
 /// camera looks along it, the picture's up direction.
 glm::dvec3 turningAxis(const View& view) {
     const glm::dvec3 up(view.camera_to_world[0].y, view.camera_to_world[1].y,
@@ -267,12 +269,12 @@ Json describeView(const View& view, const LayeredImage& image, const LayerOrder&
             {"range", {codes.low, codes.high}},
             {"depths", {shown.low, shown.high}},
             {"distance", distance},
-            // The corners of the drawn cells lie a little farther out than the samples.
+            // The corners of cells lie a little farther out than the samples.
             {"radius", 1.05 * radius + 0.01 * std::abs(distance)},
             {"layerEnds", order.ends}};
 }
 
-/// Returns the ids in use, each with its name, or with null if it has no name.
+/// Returns the ids in use with their names; null for an id without a name.
 Json namesOf(const FragmentChannel& ids, const LayerOrder& order,
              const std::vector<std::string>& names) {
     std::set<std::uint32_t> used;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The page's user interface: navigation, layers, channels, and the readout of the fragment under
-// the pointer. Follows page_drawing.js in the same script.
+// the pointer. The page has this script after page_drawing.js, in the same <script> element.
 function start(data) {
   const { draw, nearest } = renderer(data);
 
@@ -108,7 +108,7 @@ function start(data) {
   }
 
   const pointers = new Map();
-  const spread = () => {  // centre of the touches, and the distance between them
+  const spread = () => {  // centre of the touches, and their distance
     const [a, b = a] = pointers.values();
     return { x: (a.x + b.x) / 2, y: (a.y + b.y) / 2, apart: Math.hypot(a.x - b.x, a.y - b.y) };
   };

@@ -5,7 +5,7 @@ const view = JSON.parse(document.getElementById("view").textContent);
 const element = id => document.getElementById(id);
 const canvas = element("picture"), slider = element("layers"), only = element("only"), select = element("channel");
 const layers = Math.max(1, view.layerEnds.length);
-const layerEnd = k => view.layerEnds[k - 1] ?? 0;  // number of fragments in the k nearest layers
+const layerEnd = k => view.layerEnds[k - 1] ?? 0;  // number of fragments in the k front layers
 
 const many = n => n.toLocaleString("en");
 const rounded = z => Number(z.toPrecision(4)).toLocaleString("en", { maximumFractionDigits: 20 });
@@ -24,8 +24,8 @@ const channels = {
 if (!view.objects) delete channels.object;
 
 // Unpacks the fragments, which are ordered by layer, front to back, then by row. The writer packs
-// them as byte planes; each value is the difference from a prediction, which is made from the
-// previous fragment or from the fragment's own corners.
+// them in byte planes. Each value is stored as the difference from a prediction, which is made from
+// the previous fragment or from the fragment's own corners.
 async function unpack() {
   const text = element("fragments").textContent;
   const packed = Uint8Array.from(atob(text), c => c.charCodeAt(0));
@@ -33,7 +33,7 @@ async function unpack() {
   const planes = new Uint8Array(await new Response(stream).arrayBuffer());
   const count = view.layerEnds.at(-1) ?? 0;
   const colors = view.tinted ? 7 : 4;  // R, G, B, A, and the opacity of each channel
-  const own = 12 + colors;  // plane of the fragment's own depth; ids come after it
+  const own = 12 + colors;  // plane of the fragment's own depth, before the planes of the ids
   const names = [view.objects, view.materials];
   if (planes.length !== (own + 2 + 4 * names.filter(Boolean).length) * count)
     throw new Error("the page is damaged: " + planes.length + " bytes");
@@ -226,7 +226,7 @@ function renderer({ count, rows, texels, opacities, objects }) {
   if (rows > gl.getParameter(gl.MAX_TEXTURE_SIZE)) throw new Error("there are more fragments than fit a texture here");
   canvas.addEventListener("webglcontextlost", () => fail("The graphics device was lost: reload the page."));
 
-  // Creates an integer texture; it must not be filtered, or it would be incomplete.
+  // Creates an integer texture. It must not be filtered, or it would be incomplete.
   const storage = (kind, width, height) => {
     const made = gl.createTexture();
     gl.bindTexture(gl.TEXTURE_2D, made);
@@ -244,8 +244,8 @@ function renderer({ count, rows, texels, opacities, objects }) {
   };
   const opacityTexture = extra(opacities), objectTexture = extra(objects);
 
-  // Opaque fragments use the depth test. The others are blended back to front, and sorted again for
-  // every view.
+  // Opaque fragments use the depth test. The others are sorted again for every view and blended
+  // back to front.
   const opaque = [], clear = [];
   for (let i = 0; i < count; ++i) (texels[4 * i + 3] >>> 24 === 255 ? opaque : clear).push(i);
   const buffer = ids => {
@@ -267,7 +267,7 @@ function renderer({ count, rows, texels, opacities, objects }) {
   });
   const depths = new Float32Array(clear.length), sorted = new Uint32Array(clear.length);
   const buckets = new Uint32Array(65537);
-  const before = (ids, end) => {  // in a list of rising ids: how many are below `end`
+  const before = (ids, end) => {  // returns how many ids of a rising list are below `end`
     let low = 0, high = ids.length;
     while (low < high) {
       const middle = low + high >> 1;
@@ -288,7 +288,7 @@ function renderer({ count, rows, texels, opacities, objects }) {
     buckets.fill(0);
     for (let i = from; i < to; ++i) ++buckets[key(i) + 1];
     for (let k = 0; k < 65536; ++k) buckets[k + 1] += buckets[k];
-    // At equal depth, the fragment in the rear layer comes first.
+    // At equal depth, a fragment of a rear layer comes before one of a front layer.
     for (let i = to - 1; i >= from; --i) sorted[buckets[key(i)]++] = clear[i];
   }
 
@@ -344,7 +344,7 @@ function renderer({ count, rows, texels, opacities, objects }) {
     return u;
   }
 
-  // Draws all cells; at equal depth, the one in the front layer wins.
+  // Draws all cells. At equal depth, the cell of the front layer wins.
   function drawNearest(u, { from, to }) {
     for (let k = from; k < to; ++k) {
       gl.uniform1f(u.layer, k / Math.max(1, layers - 1));
@@ -353,7 +353,7 @@ function renderer({ count, rows, texels, opacities, objects }) {
     }
   }
 
-  // Draws opaque cells with the depth test, and blends the others over them.
+  // Draws opaque cells with the depth test, then blends the others over them.
   function drawBlended(u, { camera, from, to }) {
     const cellsOf = (list, begin, end) => {
       if (begin === end) return;

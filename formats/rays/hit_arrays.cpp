@@ -14,7 +14,7 @@
 namespace peeler {
 namespace {
 
-/// The order of arrays: ray_splits, the columns of the hits, then the bundles.
+/// The order of the arrays: ray_splits, the columns of the hits, then the bundles.
 constexpr std::size_t kRaySplits = 0, kFirstColumn = 1;
 
 class HitArrays final : public RayOutput {
@@ -73,7 +73,7 @@ class HitArrays final : public RayOutput {
         return arrays;
     }
 
-    /// Writes, for each ray of a band, where its hits end.
+    /// Writes the end of each ray's hits to ray_splits.
     void writeSplits(const LayeredImage& band) {
         constexpr std::size_t kRaysAtOnce = std::size_t{1} << 15;
         const std::size_t rays = band.window.pixels();
@@ -83,7 +83,7 @@ class HitArrays final : public RayOutput {
             splits.resize(std::min(kRaysAtOnce, rays - first));
             for (std::size_t i = 0; i < splits.size(); ++i)
                 splits[i] = static_cast<std::int64_t>(hits_ + band.offsets[first + i + 1]);
-            // Number 0 is where the first ray's hits begin, hence 1 +.
+            // ray_splits[0] is the beginning of the first ray's hits, hence 1 +.
             writer_->writeAt(kRaySplits, (1 + rays_ + first) * sizeof splits[0], asBytes(splits));
         });
     }

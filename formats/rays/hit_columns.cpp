@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The table of columns, and how their values are computed for a batch of hits.
+// The table of hit columns, and the computation of their values for a batch of hits.
 #include "formats/rays/hit_columns.h"
 
 #include <algorithm>
@@ -17,15 +17,15 @@ void putEach(const HitBatch& hits, std::byte* out, std::size_t stride, Value&& v
         storeNumber(value(i), out + i * stride);
 }
 
-/// Stores, for every hit, a property that all hits of its instance share.
+/// Stores, for every hit, a property of its instance.
 void putShared(const HitBatch& hits, std::byte* out, std::size_t stride,
                std::uint32_t HitInstance::*number) {
     putEach(hits, out, stride,
             [&](std::size_t i) { return hits.instances[hits.places[i].instance].*number; });
 }
 
-/// Stores vectors that point toward the ray's origin, after flipping them to the front of the
-/// surface.
+/// Stores vectors that point to the side of the ray's origin. Where the ray meets the back of a
+/// surface, stores the opposite vector.
 void putOnTheFront(const HitBatch& hits, std::byte* out, std::size_t stride,
                    std::span<const glm::vec3> vectors) {
     putEach(hits, out, stride, [&](std::size_t i) { return hits.facing[i] * vectors[i]; });

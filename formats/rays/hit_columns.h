@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Columns of hit arrays and hit point clouds, and the functions that make the hit writers.
+// Columns of hit arrays and hit point clouds, and the makers of the hit writers.
 #pragma once
 
 #include <cstddef>
@@ -25,7 +25,7 @@ namespace peeler {
 struct HitPlace {
     std::uint32_t instance = 0;  ///< index into PosedScene::meshes()
     std::uint32_t in_mesh = 0;   ///< index of the triangle in its mesh, across primitives
-    std::uint32_t material = 0;  ///< index in the scene's file; 0xFFFFFFFF if there is none
+    std::uint32_t material = 0;  ///< index in the scene's file; 0xFFFFFFFF if none
 };
 
 /// The properties that all hits of an instance share.
@@ -35,9 +35,9 @@ struct HitInstance {
 };
 
 /// Consecutive hits of a bundle, from which columns are computed. Each array has one entry per hit,
-/// or is empty if the band lacks the channel. Refers to the band's memory.
+/// or is empty if the band lacks its channel. The arrays refer to the band's memory.
 struct HitBatch {
-    std::size_t first = 0;  ///< index of the first hit among those of the band
+    std::size_t first = 0;  ///< index of the batch's first hit in the band
     std::size_t size = 0;
     std::span<const float> t{};               ///< distance from the ray's origin, in scene units
     std::span<const glm::dvec3> positions{};  ///< in world space; only if requested
@@ -55,15 +55,16 @@ struct HitColumn {
     NumberType type;
     std::vector<std::string_view> properties;  ///< names in a point cloud, one per component
     std::vector<Channel> channels;             ///< channels needed besides t and key
-    /// Stores the numbers of consecutive hits; from hit to hit, `out` advances by `stride` bytes.
+    /// Stores the column's numbers for all hits of the batch, each hit `stride` bytes after the
+    /// previous one.
     void (*put)(const HitBatch& hits, std::byte* out, std::size_t stride);
 
     std::size_t components() const { return properties.size(); }
     std::size_t bytes() const { return components() * infoOf(type).size; }
 };
 /// Returns all columns: t_hit, geometry_ids, primitive_ids and primitive_uvs as in Open3D's
-/// RaycastingScene.list_intersections(), primitive_normals as in its cast_rays(), and our own.
-/// Columns of fragments that mean the same have the same names and numbers
+/// RaycastingScene.list_intersections(), primitive_normals as in its cast_rays(), and peeler's own.
+/// Fragment columns with the same meaning have the same names and numbers
 /// (formats/arrays/fragment_columns.h).
 std::span<const HitColumn> hitColumns();
 
@@ -74,22 +75,24 @@ std::vector<HitColumn> chosenHitColumns(std::span<const std::string> names);
 /// Returns the channels that columns need, in the order of the channel table.
 std::vector<Channel> channelsOf(std::span<const HitColumn> columns);
 
-/// Turns fragments into hits by looking up what their keys refer to.
+/// A converter from fragments to hits. It looks up the triangles that the keys of the fragments
+/// identify.
 class HitReader {
   public:
-    /// `positions` says whether to compute HitBatch::positions.
+    /// `positions` chooses whether HitBatch::positions are computed.
     explicit HitReader(PosedScene posed, bool positions = false);
 
-    /// Calls use(batch) until it has received all hits of a band, several thousand per call, in any
-    /// order and on all threads. Throws Error (kInternal) if channels are not 32-bit.
+    /// Calls use(batch) for all hits of a band, several thousand per call, in any order and on all
+    /// threads. Throws Error (kInternal) if channels are not 32-bit.
     void read(const Bundle& bundle, const LayeredImage& band,
               const std::function<void(const HitBatch&)>& use) const;
-    /// Calls use(batch) once, on this thread, with `size` hits of the band from `first` on.
+    /// Calls use(batch) once, on this thread, with `size` hits of the band, beginning at hit
+    /// `first`.
     void readSome(const Bundle& bundle, const LayeredImage& band, std::size_t first,
                   std::size_t size, const std::function<void(const HitBatch&)>& use) const;
 
   private:
-    /// Storage for the values of HitBatch that are computed.
+    /// Storage for the computed values of HitBatch.
     struct Storage {
         std::vector<HitPlace> places;
         std::vector<float> t;
@@ -106,7 +109,8 @@ class HitReader {
     std::vector<std::uint32_t> materials_;
 };
 
-/// Return the outputs that makeHitOutput() chooses from: arrays (lists and planes), .ply and .exr.
+/// These return the outputs from which makeHitOutput() chooses: arrays (lists and planes), .ply and
+/// .exr.
 std::unique_ptr<RayOutput> makeHitArrays(const std::string& path, const HitOptions& options);
 std::unique_ptr<RayOutput> makeHitPlanes(const std::string& path, const HitOptions& options);
 std::unique_ptr<RayOutput> makeHitPoints(const std::string& path, const HitOptions& options);

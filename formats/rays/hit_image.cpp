@@ -31,7 +31,7 @@ constexpr int kHitRowsInFlight = 32;
 /// a ray is a point sample of its pixel, in list order. A sample has Z (camera Z) and the
 /// components of the extra arrays except the keys, including integers, but no colours. Compressed
 /// by ZIPS. The parts follow each other in the file. The same hits give the same bytes, whatever
-/// the bands.
+/// the sizes of the bands.
 class HitImage final : public RayOutput {
   public:
     HitImage(std::string path, const HitOptions& options)
@@ -51,7 +51,7 @@ class HitImage final : public RayOutput {
                           std::span<const std::uint64_t> hits) const override {
         const std::uint64_t hit = sizeof(float) + channelBytes(channels(), PixelType::kFloat);
         std::uint64_t bytes = hit * std::accumulate(hits.begin(), hits.end(), std::uint64_t{0}) +
-                              // The number of hits per ray is stored, too.
+                              // The counts of hits per pixel.
                               sizeof(std::uint32_t) * raysOf(bundles);
         const std::uint64_t header = exrHeaderBytes(provenance_.ids);
         for (const Bundle& bundle : bundles) {
@@ -72,8 +72,8 @@ class HitImage final : public RayOutput {
         exr_->finish();
         file_->commit();
     }
-    /// Counts the rows that are packed before they are written, halved because each row counts
-    /// twice.
+    /// Returns the number of rows that are packed before they are written, halved because sinkUse()
+    /// counts each row twice.
     SinkMemory memory(const Bundle& bundle) const override {
         return {.rows = std::min(kHitRowsInFlight, bundle.view.crop.height()) / 2};
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The table of hit formats, from which the extension chooses.
+// The table of hit formats; the extension chooses the format.
 #include <string_view>
 
 #include <peeler/error.h>

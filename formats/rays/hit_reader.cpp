@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Converts the fragments of a band to batches of hits.
+// Conversion of a band's fragments to batches of hits.
 #include <algorithm>
 #include <utility>
 
@@ -12,8 +12,8 @@
 namespace peeler {
 namespace {
 
-/// The hits per batch: enough to write files in large pieces, but few enough that a batch and one
-/// of its columns fit into a core's own cache.
+/// Enough hits per batch to write files in large pieces, but few enough for a batch and one of its
+/// columns to fit into the cache of one core.
 constexpr std::size_t kHitsAtOnce = std::size_t{1} << 14;
 
 /// Returns a channel's vectors, one per fragment; empty if the band lacks the channel.
@@ -31,9 +31,9 @@ std::span<const Vector> vectorsOf(const LayeredImage& band, Channel channel) {
     return {};
 }
 
-/// Returns a material's index in the file; 0xFFFFFFFF if the file does not have it.
+/// Returns a material's index in the file; 0xFFFFFFFF for glTF's default material.
 std::uint32_t materialIn(const Scene& scene, int material) {
-    // A scene's last material is glTF's default material, which is in no file.
+    // A scene's last material is glTF's default material, which is not in the file.
     const auto index = static_cast<std::size_t>(material);
     return index + 1 < scene.materials.size() ? static_cast<std::uint32_t>(index) : 0xFFFFFFFFU;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Evaluates ray maps, checks their settings, and writes them to OpenEXR and arrays.
+// Evaluation of ray maps, checks of their settings, and their writers for OpenEXR and arrays.
 #include "formats/rays/ray_map_output.h"
 
 #include <algorithm>
@@ -27,8 +27,7 @@ double rayArea(const View& view) {
            (double(view.width) * view.height);
 }
 
-/// Returns the values of some rows as the bits that files store: integers for integer maps, else
-/// floats.
+/// Returns the values of some rows as 32-bit words: integers for integer maps, else floats.
 std::span<const std::uint32_t> bitsOf(const RayMaps& maps, const Window& rows,
                                       std::span<const float> planes,
                                       std::vector<std::uint32_t>& numbers) {
@@ -44,7 +43,7 @@ std::span<const std::uint32_t> bitsOf(const RayMaps& maps, const Window& rows,
     return numbers;
 }
 
-/// Maps as OpenEXR: a part for each bundle, and a channel for each map or material.
+/// Writer of maps as OpenEXR: a part for each bundle, and a channel for each map or material.
 class RayMapFile : public RayMapOutput {
   public:
     RayMapFile(std::string path, const PosedScene& posed, const Solids* solids,
@@ -98,10 +97,11 @@ class RayMapFile : public RayMapOutput {
     std::string path_;
     Provenance provenance_;
     std::unique_ptr<ExrPlaneWriter> writer_;
-    std::vector<std::uint32_t> numbers_;  ///< bits as the file stores them
+    std::vector<std::uint32_t> numbers_;  ///< values of the rows being written, as 32-bit words
 };
 
-/// Maps as arrays: one for each map or material of each bundle, then the arrays of the bundles.
+/// Writer of maps as arrays: one for each map or material of each bundle, then those of
+/// bundleArrays().
 class RayMapArrays : public RayMapOutput {
   public:
     RayMapArrays(std::string path, const PosedScene& posed, const Solids* solids,
@@ -122,7 +122,7 @@ class RayMapArrays : public RayMapOutput {
     void finish() override { writer_->finish(); }
     SinkMemory memory(const Bundle& bundle) const override {
         SinkMemory memory = RayMapOutput::memory(bundle);
-        // For numbers_, the rows' bits as written.
+        // for numbers_
         memory.pixel_bytes += maps().channels().size() * sizeof(std::uint32_t);
         return memory;
     }
@@ -156,7 +156,7 @@ class RayMapArrays : public RayMapOutput {
     ArrayTexts texts_;
     std::optional<ArrayWriter> writer_;
     std::size_t first_ = 0;               ///< first array of the current bundle
-    std::vector<std::uint32_t> numbers_;  ///< bits as the file stores them
+    std::vector<std::uint32_t> numbers_;  ///< values of the rows being written, as 32-bit words
 };
 
 bool hasMap(const RayMapSettings& settings, RayMap map) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The common base of all ray map writers: evaluates maps and collects statistics.
+// The base class of ray map writers, which evaluates maps and collects statistics.
 #pragma once
 
 #include <memory>
@@ -12,7 +12,7 @@
 
 namespace peeler {
 
-/// Evaluates the maps a few rows at a time; derived classes write them.
+/// A ray output that evaluates the maps a few rows at a time. Derived classes write them.
 class RayMapOutput : public RayOutput {
   public:
     RayMapOutput(const PosedScene& posed, const Solids* solids, const RayMapSettings& settings)
@@ -26,7 +26,7 @@ class RayMapOutput : public RayOutput {
   protected:
     /// Called before the first rows of a bundle are written.
     virtual void beginBundle(std::size_t bundle) = 0;
-    /// Called with the values of some rows of the current bundle: channel by channel, in each row
+    /// Called with the values of some rows of the current bundle: one plane per channel, each row
     /// by row.
     virtual void writeRows(const Window& rows, std::span<const float> planes) = 0;
     virtual void finishBundle() = 0;
@@ -34,7 +34,7 @@ class RayMapOutput : public RayOutput {
 
     const RayMaps& maps() const { return maps_; }
     const std::vector<Bundle>& bundles() const { return bundles_; }
-    /// Returns the statistics of a bundle so far, in the order of channels.
+    /// Returns the statistics of a bundle up to now, in the order of channels.
     const std::vector<RayMapStatistics>& statistics(std::size_t bundle) const {
         return statistics_[bundle];
     }

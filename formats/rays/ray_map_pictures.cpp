@@ -14,13 +14,12 @@
 namespace peeler {
 namespace {
 
-constexpr int kRowsAtOnce = 64;  // number of rows painted at a time
+constexpr int kRowsAtOnce = 64;  // rows painted at a time
 
 using ValueRange = std::pair<double, double>;
 
-/// Returns the colour for a transmission (0 to 1), as on X-ray film: black where everything passes,
-/// white where nothing does. The scale is perceptually uniform, so that dense parts keep their
-/// details.
+/// Returns the colour for a transmission (0 to 1), as on X-ray film: black for full transmission,
+/// white for none. The scale is perceptually uniform, so that dense parts keep their details.
 std::array<float, 3> film(float transmission) {
     const float grey = linearFromSrgb(std::clamp(1 - transmission, 0.0F, 1.0F));
     return {grey, grey, grey};
@@ -177,7 +176,7 @@ class RayMapPictures : public RayMapOutput {
 
     ValueRange foundRange() const {
         const RayMapStatistics& found = statistics(bundle_).front();
-        // If no value is finite, nothing is shown, so any range will do.
+        // Without finite values, no pixel is painted, so any range will do.
         return {isDistance(map_) ? found.least.value_or(0) : 0, found.greatest.value_or(0)};
     }
 
@@ -219,7 +218,7 @@ class RayMapPictures : public RayMapOutput {
     RayMap map_ = RayMap::kFirst;
     std::size_t bundle_ = 0;  ///< index of the current bundle
     std::unique_ptr<Sink> picture_;
-    /// Values of the current bundle so far, while their range is unknown.
+    /// Values of the current bundle, kept until their range is known.
     std::vector<float> values_;
     LayeredImage colors_;
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Outputs of traced bundles: arrays, points, deep images, maps, voxels. A new kind of output needs
-// only one new file.
+// Outputs of traced bundles: arrays, points, deep images, maps, voxels. Each kind of output has its
+// own source file.
 #pragma once
 
 #include <cstdint>
@@ -29,7 +29,7 @@ struct RayMapStatistics {
     std::string name;                           ///< name of the channel
     std::optional<double> least{}, greatest{};  ///< of the finite values
     double sum = 0;                             ///< of the finite values
-    /// Volume that lengths along parallel rays add up to, in cubic scene units.
+    /// Volume, in cubic scene units: the integral of the lengths along parallel rays.
     std::optional<double> volume{};
 };
 /// The maps of a bundle: the bundle's name, the maps' file, and their channels.
@@ -42,16 +42,16 @@ struct VoxelResult {
     glm::ivec3 cells{0};
     double spacing = 0;          ///< cell size, in scene units
     std::uint64_t occupied = 0;  ///< number of cells inside
-    std::uint64_t disputed = 0;  ///< number of cells on which the rays of the three axes disagree
+    std::uint64_t disputed = 0;  ///< number of cells for which the three axes disagree
     double volume = 0;           ///< volume of the cells inside, in cubic scene units
 };
-/// The number of hits found next to points, in all directions together.
+/// The number of hits found before and after points, for all directions together.
 struct NextHitsResult {
     std::uint64_t points = 0, before = 0, after = 0;
     std::uint64_t beside_bundles = 0;  ///< number of points that no ray of a bundle passes through
 };
 
-/// The results of a finished output. Which exist depends on the kind of output.
+/// The results of a finished output. The kind of output decides which members are set.
 struct RayResults {
     std::vector<RayMapResult> maps;
     std::optional<VoxelResult> voxels;
@@ -61,31 +61,31 @@ struct RayResults {
 /// Returns the total number of rays in the bundles.
 std::uint64_t raysOf(std::span<const Bundle> bundles);
 
-/// Receives one bundle after another, each in bands from top to bottom. If destroyed before
-/// finish(), an output leaves no file.
+/// An output that receives one bundle after another, each in bands from top to bottom. If it is
+/// destroyed before finish(), it leaves no file.
 class RayOutput {
   public:
     virtual ~RayOutput() = default;
-    /// Returns the channels that every hit must have besides t and key, in the order of the table.
+    /// Returns the channels that every hit must have in addition to t and key, in the order of the
+    /// table.
     virtual std::vector<Channel> channels() const { return {}; }
     /// Whether begin() needs the number of hits, which takes an additional counting pass.
     virtual bool needsHits() const { return false; }
     /// Forecasts the total size of all files; 0 for an output without a file. Call it before
-    /// begin(), with the same arguments. Throws like begin(), as far as the errors are already
-    /// known.
+    /// begin(), with the same arguments. Throws the errors of begin() that are already known.
     virtual SizeForecast forecast(std::span<const Bundle>, std::span<const std::uint64_t>) const {
         return {};
     }
     /// `hits[i]` is the number of hits of bundle i; `hits` is empty unless needsHits(). Throws
     /// Error (kOutput) if the file cannot be created.
     virtual void begin(std::span<const Bundle> bundles, std::span<const std::uint64_t> hits) = 0;
-    /// Receives the hits of some rows of bundle i. z is camera Z (Bundle::tScale converts it to t),
-    /// extra[0] has the keys (kKeyChannel), and the others include channels().
+    /// Receives the hits of some rows of bundle i. `z` is camera Z (Bundle::tScale converts it to
+    /// t), extra[0] has the keys (kKeyChannel), and the remaining arrays include channels().
     virtual void take(std::size_t bundle, const LayeredImage& band) = 0;
     virtual void finish() = 0;
     virtual RayResults results() const { return {}; }
-    /// Returns the memory needed while this bundle is received, as in Sink::memory(); valid before
-    /// begin(), too.
+    /// Returns the memory needed while this bundle is received, as in Sink::memory(). May be called
+    /// before begin().
     virtual SinkMemory memory(const Bundle&) const { return {}; }
 };
 
@@ -110,21 +110,21 @@ struct HitOptions {
 /// - .exr: a deep part for each bundle, with views from withCommonDisplay().
 /// Throws Error (kUsage) if the path has any other extension.
 std::unique_ptr<RayOutput> makeHitOutput(const std::string& path, const HitOptions& options);
-/// Throws Error (kUsage) if makeHitOutput() does not know the path's extension.
+/// Throws Error (kUsage) if makeHitOutput() has no format with the path's extension.
 void checkHitFormat(const std::string& path);
 
 /// Returns an output that stores the hits before and after each point, as arrays for d parallel
 /// bundles and n points: `t_before`, `t_after` (d, n; float, scene units, inf if there is no hit),
 /// `geometry_ids_before`, `geometry_ids_after`, `primitive_ids_before`, `primitive_ids_after` (d,
 /// n; uint32, 0xFFFFFFFF if there is no hit, as Open3D's INVALID_ID), `points` (n, 3; world space)
-/// and `directions` (d, 3; unit vectors), double. Bundles are written one by one, so memory is 32
-/// bytes per point for any number of bundles.
+/// and `directions` (d, 3; unit vectors), double. Bundles are written one by one, so the output
+/// takes 32 bytes of memory per point for any number of bundles.
 std::unique_ptr<RayOutput> makeNextHitOutput(std::string path, const PosedScene& posed,
                                              std::vector<glm::dvec3> points);
 
 struct RayMapOptions {
     RayMapSettings settings;
-    /// Pictures: values of black and of the brightest colour.
+    /// Pictures: the values shown in black and in the brightest colour.
     std::optional<std::pair<double, double>> range;
     Provenance provenance;
     bool legend = false;  ///< pictures: whether a legend is drawn below the map
@@ -132,15 +132,16 @@ struct RayMapOptions {
 
 /// Returns an output that stores maps, which have one value per ray. EXR: a part for each bundle,
 /// with the bundle's name, and a channel for each map, or, for path-length, each material. .npz,
-/// .safetensors: the same as arrays (h, w; float, but uint32 for count), called "MAP.I" for bundle
-/// I, and bundleArrays(). PNG, JPEG, TIFF: one map, with one file per bundle; if there are several
-/// bundles, the path must have a placeholder for their number ("####").
+/// .safetensors: an array for each of these channels (h, w; float, but uint32 for count), called
+/// "MAP.I" for bundle I, and bundleArrays(). PNG, JPEG, TIFF: one map, with one file per bundle; if
+/// there are several bundles, the path must have a placeholder for their number ("####").
 ///
-/// Unless a range is given, the colours of a picture go from 0 (for first and last: from the least
-/// value) to the greatest value in the bundle. The bundle's values are kept until that is known, 4
+/// Unless a range is given, the colours of a picture go from 0 (for first and last: from the
+/// minimum) to the maximum in the bundle. Until the range is known, the bundle's values are kept, 4
 /// bytes per ray. Transmission goes from 0 to 1 and looks like an X-ray film: full transmission is
-/// black, none is white. For first and last, rays without a hit are transparent. If there is
-/// attenuation, path-length also gives the transmission, which is what a picture shows.
+/// black, zero transmission is white. For first and last, rays without a hit are transparent. If
+/// there is attenuation, path-length also gives the transmission, and a picture shows the
+/// transmission instead of the lengths.
 ///
 /// `solids` may be null if no map needs them (needsSolids()). All references must outlive the
 /// output. Pictures of finished bundles get their final names even before finish(). Throws Error
