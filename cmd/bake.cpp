@@ -109,7 +109,7 @@ class Bake {
     std::optional<TexelReceivers> texels_;  ///< if the target is texels
     std::vector<fs::path> outputs_;         ///< one file, or a .png for each texture
     Forecast forecast_;
-    HitSource* source_ = nullptr;  ///< owned by job_
+    HitSource* source_ = nullptr;
     BakeSettings settings_;
     std::uint64_t memory_forecast_ = 0;  ///< bytes
     std::vector<float> values_;
@@ -185,8 +185,8 @@ std::string Bake::materialName(int material) const {
     return name.empty() ? number : number + " (" + printable(name) + ")";
 }
 
-/// Names the output files. Needs the scene for the number of textures and for the files it refers
-/// to.
+/// Names the output files. Runs after the scene is open, because there is one texture per material
+/// and outputs must not replace the scene's files.
 void Bake::nameOutputs() {
     std::vector<int> materials;
     if (texels_)
@@ -204,8 +204,7 @@ void Bake::nameOutputs() {
     job_.checkOutputs(outputs_);
 }
 
-/// Forecasts the sizes of the outputs. They do not depend on the values, so this works before
-/// baking.
+/// Forecasts the sizes of the outputs, which do not depend on the values.
 void Bake::forecast() {
     const std::string contents = countText(receivers().size(), "receiver");
     if (options_.bake.file() == BakeFile::kGltf) {
@@ -235,7 +234,7 @@ void Bake::forecast() {
 /// Forecasts the size of the scene with the baked data. Approximate: the JSON is rewritten, and
 /// base64 data and separate files move into the buffer.
 SizeForecast Bake::sceneForecast() const {
-    std::vector<fs::path> files = scene().files;  // the files that the scene refers to
+    std::vector<fs::path> files = scene().files;
     files.push_back(options_.scene.file);
     std::uint64_t bytes = 0;
     for (const fs::path& file : files) {
@@ -254,8 +253,8 @@ SizeForecast Bake::sceneForecast() const {
     return {bytes, Certainty::kAbout};
 }
 
-/// Opens the hit source. Also checks now that there will be memory for writing, which happens after
-/// the hit source is closed.
+/// Opens the hit source. Also checks that the memory will suffice for writing, before the long
+/// bake.
 void Bake::openHits() {
     settings_ = options_.bake.settings;
     settings_.bounces = options_.bake.bounces.value_or(settings_.bounces);
@@ -271,8 +270,8 @@ void Bake::openHits() {
     checkMemory(budget, usedBytes(budget) + written, "to write the results");
 }
 
-/// Raises the memory forecast to at least `bytes`, and to at least the peak of the process so far,
-/// because a run may reach that peak again.
+/// Raises the memory forecast to `bytes` and to the process's peak so far, which the run may reach
+/// again.
 void Bake::takeMemory(std::uint64_t bytes) {
     memory_forecast_ = std::max({memory_forecast_, repeatedPeak(peakMemory()), bytes});
 }
@@ -297,8 +296,8 @@ void Bake::describe() {
     reportForecast(forecast_, reporter_, true);
 }
 
-/// Bakes the values. The note about memory is based on the first bundle's forecast; later bundles
-/// may have more hits.
+/// Bakes the values. The detail line about memory uses the forecast for the first bundle; later
+/// bundles may have more hits.
 void Bake::gather() {
     bool told = false;
     const auto tell = [&](std::uint64_t bytes) {
@@ -314,7 +313,7 @@ void Bake::gather() {
             *source_, receivers(), settings_, capture_, lookup,
             [&](double share) { progress.update(share); }, tell);
     }
-    // Captures have stages of their own; "bake" gets the remaining time.
+    // Captures are timed as stages of their own, so "bake" excludes them.
     const StageTimes captures = source_->takeTimes();
     for (const auto& [stage, milliseconds] : captures)
         job_.times()["bake"] -= milliseconds;
@@ -333,7 +332,7 @@ void Bake::write() {
         writeVertices();
 }
 
-/// Returns a writer for the input glTF, or for a glTF made from the input's other format.
+/// Returns a writer for the scene's glTF file, or for a new glTF if the scene has another format.
 std::unique_ptr<GlbWriter> Bake::openPackage() const {
     if (scene_->assumed()) return std::make_unique<GlbWriter>(options_.scene.file, scene());
     return std::make_unique<GlbWriter>(options_.scene.file, options_.scene.reading);
@@ -409,8 +408,7 @@ void Bake::writeTextures() {
 void Bake::report() {
     RunResult result;
     job_.finish(result);
-    // The hash is only in the result: baked files have never contained it, and their bytes must not
-    // change.
+    // Only the result contains the hash, not the baked files, because their bytes must not change.
     result.settings_hash = job_.settingsHash(capture_, bakeSettings(options_.bake));
     result.setFiles(options_.bake.output, outputs_);
     result.forecast_bytes = forecast_.size().bytes;

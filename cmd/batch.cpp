@@ -50,8 +50,8 @@ struct BatchOptions {
     ReportOptions report;  ///< `json` is ignored: results are always JSON
 };
 
-/// A batch, from reading the job file to the last result. No job runs until the whole file has been
-/// checked.
+/// A batch, from reading the job file to the last result. Jobs start only after the whole file has
+/// been checked.
 class Batch {
   public:
     Batch(const BatchOptions& options, Reporter& reporter)
@@ -87,22 +87,22 @@ class Batch {
     std::vector<std::optional<Json>> results_;  ///< one per job
     std::size_t printed_ = 0, done_ = 0, next_ = 0;
     int worst_ = 0;
-    int threads_ = 0;           ///< for each job without --threads; 0 = the job chooses
+    int threads_ = 0;           ///< for each job without --threads; 0 = the job's default
     std::uint64_t memory_ = 0;  ///< bytes, for each job without --memory
     std::optional<SignalFile> signals_;
     std::list<Running> running_;
     std::optional<ProgressReport> progress_;
 };
 
-/// Whether all outputs of a job exist. A name that still has its number pattern counts as existing,
-/// because the number of files is unknown unless the numbers are frames.
+/// Whether all outputs of a job exist. A name with a number pattern counts as existing, because the
+/// number of its files is unknown.
 bool outputsExist(const Job& job) {
     return std::ranges::all_of(job.outputs, [](const fs::path& output) {
         return hasFrameToken(output.string()) || fileExists(output, ErrorKind::kOutput);
     });
 }
 
-/// Thrown after a signal has ended the jobs, in order to end the batch.
+/// Thrown to end the batch, after a signal has ended its jobs.
 struct EndedBySignal {
     int number;
 };
@@ -158,8 +158,8 @@ void Batch::openReport() {
     takeEarlierResults(report_->lines());
 }
 
-/// Adopts the results of jobs that an earlier batch has done, so that they do not run again. Their
-/// outputs must still exist.
+/// Reuses the results of jobs that succeeded in an earlier batch and whose outputs still exist.
+/// These jobs do not run again.
 void Batch::takeEarlierResults(const std::vector<Json>& lines) {
     std::map<std::string, const Json*> last;
     std::set<std::string> ids;
@@ -203,7 +203,7 @@ void Batch::share() {
                                               : allowedThreads().amount;
     if (jobs > 1 || options_.threads > 0)
         threads_ = static_cast<int>(std::max<std::uint64_t>(1, threads / jobs));
-    // A single job reads an inherited limit itself, because it can then report the limit's source.
+    // A single job reads an inherited limit itself, so that it can report the limit's source.
     if (jobs > 1 || options_.memory.source.empty()) memory_ = options_.memory / jobs;
     if (memory_ != 0 && memory_ < kLeastMemory) {
         throw Error(ErrorKind::kMemory,
@@ -255,7 +255,7 @@ void Batch::runJobs() {
     std::vector<Json> lines;
     for (const auto& result : results_)
         if (result) lines.push_back(*result);
-    // Prints the results that follow a job skipped by --fail-fast, which have not been printed yet.
+    // printInOrder() stops at the first job that --fail-fast skipped.
     for (std::size_t i = printed_; i < results_.size(); ++i)
         if (results_[i]) reporter_.text(lineText(*results_[i]));
     if (report_) report_->finish(lines);
@@ -277,7 +277,7 @@ void Batch::wait() {
         files.push_back({running.process.outFile(), POLLIN, 0});
         files.push_back({running.process.errFile(), POLLIN, 0});
     }
-    // EINTR needs no special case, because all files are read afterwards anyway.
+    // EINTR is ignored, because all files are read afterwards in any case.
     poll(files.data(), files.size(), -1);
 }
 
@@ -322,7 +322,7 @@ void Batch::endBySignal(int number) {
             std::erase_if(running_, [](Running& running) { return running.process.ended(); });
         }
     }
-    // A process that survives SIGKILL hangs in the kernel, and the batch must not wait for it.
+    // A process that survives SIGKILL hangs in the kernel; do not wait for it.
     for (Running& running : running_)
         running.process.abandon();
     running_.clear();

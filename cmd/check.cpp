@@ -117,8 +117,8 @@ class Check {
         noteUnit();
     }
 
-    /// Notes a suspicious unit: files for printers often hold millimetres although glTF specifies
-    /// metres.
+    /// Gives a hint if the scene is very large: files for printers often use millimetres, although
+    /// glTF specifies metres.
     void noteUnit() {
         constexpr double kLarge = 10;  // metres; larger than any printer
         const glm::dvec3 size = report_.bounds.max - report_.bounds.min;

@@ -62,24 +62,25 @@ class ComparedImage {
     bool layered() const { return layered_; }
     std::size_t layers() const { return layered_ ? reader_->info().plan.layers.size() : 0; }
     Window picture() const;  ///< the display window
-    /// Returns the pixels that were rendered: the crop if the camera has one, else the whole
+    /// Returns the rendered pixels: the camera's crop if the file has a camera, else the whole
     /// picture.
     Window pixels() const;
     Window stored() const;  ///< the stored pixels, a part of pixels()
-    /// Whether the file has a camera, which specifies the rendered crop.
+    /// Whether the file has a camera, whose crop is the rendered part.
     bool isCrop() const { return reader_ && reader_->info().plan.view.known; }
-    /// Whether the file format (OpenEXR) places the pixels in the display window.
+    /// Whether the file format (OpenEXR) stores the position of the pixels in the display window.
     bool placed() const { return reader_ != nullptr; }
 
-    /// Sets the window of pixels to compare. Pixels in it but outside pixels() have no fragments.
+    /// Sets the window of pixels to compare. Its pixels outside pixels() have no fragments.
     void choose(const Window& window) { window_ = window; }
     const Window& window() const { return window_; }
-    /// Returns the number of rows that read() can return at once within about `bytes`.
+    /// Returns the maximum number of rows that read() should read at once to stay within about
+    /// `bytes`.
     int rowsFor(std::uint64_t bytes) const;
     /// Reads `rows` rows starting at `first`, counted from the top of window(). OpenEXR images
     /// only.
     void read(int first, int rows, LayeredImage& out);
-    /// Reads the same rows as a composite without a background, from any image.
+    /// Reads rows of any image as a composite without a background.
     void read(int first, int rows, CompositeImage& out);
 
   private:
@@ -164,9 +165,9 @@ void ComparedImage::read(int first, int rows, CompositeImage& out) {
                 sizes + " pixels; compare images of the same size");
 }
 
-/// Sets the pixels to compare in two OpenEXR images: the stored pixels if both images store the
-/// same window, else all pixels of both. Throws Error (kUsage) if the images differ in size or in
-/// their cameras' crops.
+/// Sets the pixels to compare in two OpenEXR images: the stored window if it is the same in both
+/// images, else all pixels of both. Throws Error (kUsage) if the images differ in size or in their
+/// cameras' crops.
 void choosePlaced(ComparedImage& a, ComparedImage& b) {
     if (a.picture() != b.picture())
         refuseSizes(
@@ -190,8 +191,8 @@ void chooseWindows(ComparedImage& a, ComparedImage& b) {
     const auto is_like = [](const Window& one, const Window& other) {
         return one.width() == other.width() && one.height() == other.height();
     };
-    // A picture in a format without placement may correspond to the other's display window or to
-    // its stored pixels.
+    // Without placement, the pixels may cover the display window or the stored window of the other
+    // image.
     for (const Window& of_a : {a.picture(), a.stored()}) {
         for (const Window& of_b : {b.picture(), b.stored()}) {
             if (!is_like(of_a, of_b)) continue;

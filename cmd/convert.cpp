@@ -50,9 +50,9 @@ void checkHoldsLayers(const ConvertOptions& options) {
     }
 }
 
-/// Counts the fragments of every layer, because the output's header, which precedes the pixels, has
-/// the window of each layer. Deep input already has the counts; in other input, the windows in the
-/// header may be larger than the layers' content.
+/// Counts the fragments of every layer, because the output's header contains the window of each
+/// layer. Deep input already has the counts. In other input, the windows in the header may be
+/// larger than necessary.
 void countLayers(LayeredInput& input, LayeredRun& run) {
     if (!input.info().deep.empty()) return;
     DepthComplexity complexity(run.plan.view.crop);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// peeler devices: all GL backends and devices, with the reason if one is unusable.
+// peeler devices: all GL backends and devices, with the reason why a device cannot be used.
 #include <algorithm>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -75,7 +75,7 @@ std::string toText(const gl::Device& device) {
     return text;
 }
 
-/// Returns the default thread count and memory budget of commands, as JSON.
+/// Returns the default thread count and memory budget as JSON.
 nlohmann::ordered_json machineJson() {
     const Limit threads = allowedThreads();
     nlohmann::ordered_json json;

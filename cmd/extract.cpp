@@ -36,8 +36,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The maximum size of a band, in bytes. Less than kBandBytes, because the writer of each layer
-/// also keeps a band.
+/// The maximum size of a band, in bytes. Smaller than kBandBytes, because the writer of each layer
+/// also holds a band.
 constexpr std::uint64_t kExtractBandBytes = std::uint64_t{64} << 20;
 
 /// An output other than the layers: its kind in the result, its file and its sink.
@@ -45,10 +45,10 @@ struct Product {
     std::string kind;
     fs::path path;
     std::unique_ptr<Sink> sink;
-    /// Returns the forecast file size for a plan whose bands have the arrays of this band.
+    /// Returns the forecast file size, for bands with the same arrays as this one.
     std::function<SizeForecast(const Plan&, const LayeredImage&)> forecast;
-    /// Returns the bytes per fragment that the sink needs in addition to bands with the arrays of
-    /// this band.
+    /// Returns the bytes per fragment that the sink needs besides the band, for bands with the same
+    /// arrays as this one.
     std::function<std::uint64_t(const LayeredImage&)> fragment_bytes;
 };
 
@@ -111,13 +111,13 @@ class Extract {
     LayerSelection selection_;
     std::optional<LayerFiles> layers_;
     std::vector<Product> products_;
-    /// The sink of an entry of products_; null if counts are not requested.
+    /// A sink in products_, or null if counts are not requested.
     CountMap* counts_ = nullptr;
-    LayeredImage sample_;  ///< the picture's first row, for its list of channels
+    LayeredImage sample_;  ///< the picture's first row, for the types of its channels
     std::uint64_t band_bytes_ = 0;
     bool counted_ = false;  ///< whether the plans' counts are exact
     Forecast forecast_;
-    std::optional<DepthComplexity> complexity_;  ///< set once fragments are counted
+    std::optional<DepthComplexity> complexity_;  ///< set after counting
     std::uint64_t resident_ = 0, peak_ = 0;      ///< bytes, before the extraction
     std::uint64_t fragments_ = 0;
     RunResult result_;
@@ -185,7 +185,7 @@ void Extract::selectLayers() {
 void Extract::addProducts() {
     const std::string scene =
         provenance_.scene.empty() ? "the scene" : printable(provenance_.scene);
-    // The last material name is that of glTF's default material. Hits report this material as none.
+    // The last material name is that of glTF's default material, which hits report as no material.
     const auto default_material = static_cast<std::uint32_t>(provenance_.ids.materials.size());
     if (options_.counts) {
         auto map = std::make_unique<CountMap>(options_.counts->string(),
@@ -221,15 +221,15 @@ void Extract::addProducts() {
     }
 }
 
-/// Returns a band that has the channels products receive.
+/// Returns the sample band with the channels that the products receive.
 LayeredImage Extract::bandLike() const {
     LayeredImage band = sample_;
     if (!products_.empty() && !findChannel(band, "layer")) addLayerIndices(band);
     return band;
 }
 
-/// Returns the whole picture's plan, completed from sample_, because headers lack the bytes per
-/// fragment.
+/// Returns the whole picture's plan. Takes the bytes per fragment from sample_, because headers
+/// lack them.
 Plan Extract::wholePlan() const {
     Plan whole = whole_;
     whole.color_type = sample_.color.type;
@@ -253,18 +253,18 @@ BandUse Extract::useOf(int rows) const {
         add_memory(product.sink->memory(chosen_));
         use.made.fragment += product.fragment_bytes(band);
     }
-    // Omits growing arrays: those of a single band do not grow, and without outputs that store
-    // fragments, other memory covers their growth.
+    // A single band's arrays do not grow. If no output stores fragments, other memory covers the
+    // growth.
     const bool alone = rows >= whole_.view.crop.height();
     if (products_.empty() && (alone || !options_.writesFragments())) use.array_bytes = 0;
-    if (products_.size() > 1) {  // one sink gets the band itself, so only a single copy is needed
+    if (products_.size() > 1) {  // one sink gets the band itself, and the others share one copy
         use.made.fragment += use.list_bytes;
         use.made.pixel += sizeof(std::uint32_t);
     }
     return use;
 }
 
-/// Chooses the size of bands, which is smaller under a tight budget.
+/// Chooses the size of bands. A tight budget makes bands smaller.
 void Extract::chooseBands() {
     const Window& crop = whole_.view.crop;
     reader_->read({crop.x0, crop.y0, crop.x1, crop.y0 + 1}, sample_);
@@ -272,7 +272,7 @@ void Extract::chooseBands() {
                                   [this](int rows) { return useOf(rows); });
 }
 
-/// Counts the fragments first if an output has a header, because the header contains their number.
+/// Counts the fragments if an output's header contains their number.
 void Extract::count() {
     const bool partial_counts = options_.counts && !selection_.all();
     if (options_.arrays || options_.writesFragments() || partial_counts) countAll();
@@ -282,7 +282,7 @@ void Extract::countAll() {
     counted_ = true;
     DepthComplexity& complexity = complexity_.emplace(whole_.view.crop);
     forEachBand({"count", kCountEnd}, [&](const LayeredImage& band) { complexity.addBand(band); });
-    // In files from other programs, windows may be larger than their layers.
+    // Files from other programs may have windows that are larger than their layers.
     const std::vector<LayerPlan> found = complexity.layers();
     chosen_.fragments_stored = 0;
     for (std::size_t layer = 0; layer < found.size(); ++layer) {
@@ -292,8 +292,8 @@ void Extract::countAll() {
     whole_.fragments_counted = std::max(whole_.fragments_counted, complexity.counted());
 }
 
-/// Forecasts all file sizes, from the headers or, if the output might not fit on the disk, after
-/// counting fragments.
+/// Forecasts all file sizes from the headers. Counts the fragments for a better forecast if the
+/// output might not fit on the disk.
 void Extract::forecast() {
     forecast_ = forecastOf();
     if (counted_ || !mayExceedDisk(forecast_)) return;
@@ -301,9 +301,9 @@ void Extract::forecast() {
     forecast_ = forecastOf();
 }
 
-/// Forecasts the memory. Needs the maximum number of fragments per band, which is known only after
-/// counting. With --dry-run this counts fragments first; other runs count while extracting. Memory
-/// that is freed after counting is used again.
+/// Forecasts the memory, which depends on the maximum number of fragments per band. A dry run
+/// counts the fragments first; other runs count them while extracting. The forecast assumes that
+/// memory freed after counting is used again.
 void Extract::forecastMemory() {
     if (options_.dry_run && !knowsBands()) countAll();
     returnFreeMemory();
@@ -316,12 +316,12 @@ bool Extract::isOneBand() const {
     return reader_->rowsFor(band_bytes_) >= whole_.view.crop.height();
 }
 
-/// Whether takes() is based on actual fragment counts instead of the headers' upper limit.
+/// Whether takes() uses actual fragment counts rather than the upper limits in the headers.
 bool Extract::knowsBands() const {
     return complexity_ || isOneBand() || reader_->mostOf(1).counted;
 }
 
-/// Returns the maximum resident bytes of the run.
+/// Returns the maximum number of resident bytes during the run.
 std::uint64_t Extract::takes() const {
     const auto use = [this](int rows) { return useOf(rows); };
     return std::max(repeatedPeak(peak_),
@@ -341,8 +341,8 @@ Forecast Extract::forecastOf() const {
     const LayeredImage band = bandLike();
     Plan plan = chosen_;
     if (!counted_) {
-        // The header's count cannot be trusted: it covers all layers, and other programs may have
-        // changed the picture.
+        // The header's count is only an upper limit: it covers all layers, and another program may
+        // have changed the picture.
         std::uint64_t most = 0;
         for (const LayerPlan& layer : chosen_.layers)
             most += layer.data_window.pixels();
@@ -379,13 +379,13 @@ void Extract::extract() {
     LayeredImage copy;
     const bool counts = !knowsBands();
     if (counts) complexity_.emplace(whole_.view.crop);
-    // The first pass writes all outputs; later passes only write layers that could not be open at
+    // The first pass writes all outputs. Later passes write the layers that could not be open at
     // the same time.
     for (bool first = true; first || (layers_ && layers_->left()); first = false) {
         if (layers_) layers_->begin(whole_);
         forEachBand("extract", [&](LayeredImage& band) {
             if (counts && first) complexity_->addBand(band);
-            if (isOneBand()) returnFreeMemory();  // used again for writing
+            if (isOneBand()) returnFreeMemory();  // makes room for writing
             if (layers_) layers_->write(band);
             if (!first || products_.empty()) return;
             if (!findChannel(band, "layer")) addLayerIndices(band);

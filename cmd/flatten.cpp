@@ -31,14 +31,14 @@ struct FlattenOptions : LayeredRunOptions {
     fs::path input;
     ObjectOptions objects;
     std::uint32_t max_layers = 0;  ///< number of layers to composite, nearest first; 0 = all
-    Tail tail = Tail::kDrop;       ///< treatment of the layers behind these
+    Tail tail = Tail::kDrop;       ///< treatment of the layers behind max_layers
     bool fxaa = false;
 
     bool blendsTail() const { return tail == Tail::kBlend; }
 };
 
 /// Limits the plan to the kept layers. Counts their fragments unless the input's header has the
-/// count, because the output's header contains it.
+/// number, which the output's header must contain.
 void limitLayers(const FlattenOptions& options, LayeredInput& input, LayeredRun& run) {
     Plan& plan = run.plan;
     const bool limited = options.max_layers != 0 && options.max_layers < plan.layers.size();

@@ -27,8 +27,8 @@ int printInfo(const InfoOptions& options, Reporter& reporter) {
         return 0;
     }
     refusePictureChoice(options.image);
-    // A file that has a scene's extension but not its signature is passed to the scene reader,
-    // which reports the best error.
+    // A file with a scene's extension but without its signature goes to the scene reader, which
+    // gives the best error message.
     if (!sceneFormatOf(options.file) && !isSceneName(options.file))
         throw Error(ErrorKind::kInput, "neither a scene nor an OpenEXR image",
                     options.file.string(), "give a glTF, PLY, STL, OBJ, array or .exr file");

@@ -22,7 +22,8 @@ namespace {
 
 extern "C" void endBySignal(int number) {
     peeler::removeTemporaryFiles();
-    // Not exit(): destructors and the GL driver's atexit handlers are not safe in a signal handler.
+    // _exit() rather than exit(): destructors and the GL driver's atexit handlers are not safe in a
+    // signal handler.
     _exit(128 + number);
 }
 
@@ -37,9 +38,9 @@ void catchUnlessIgnored(int number) {
 }
 
 /// Installs the signal actions. SIGINT, SIGTERM and SIGHUP remove the temporary files and end the
-/// process with 128 + n, unless the signal was ignored when the process started. SIGPIPE and
-/// SIGXFSZ are ignored, so that the write itself fails and is reported, and a closed stderr does
-/// not stop a render.
+/// process with exit code 128 + n; a signal that was ignored at the start stays ignored. SIGPIPE
+/// and SIGXFSZ are ignored: a failed write is reported as an error, and a closed stderr does not
+/// stop a render.
 void installSignalActions() {
     for (const int number : {SIGINT, SIGTERM, SIGHUP})
         catchUnlessIgnored(number);
@@ -47,7 +48,7 @@ void installSignalActions() {
         std::signal(number, SIG_IGN);
 }
 
-/// Ends the process when throwing is impossible. Does not allocate. May be called from any thread.
+/// Ends the process where throwing is impossible. Does not allocate. May be called from any thread.
 [[noreturn]] void endAtOnce(peeler::ErrorKind kind, std::string_view line) {
     peeler::removeTemporaryFiles();
     [[maybe_unused]] const auto written = write(STDERR_FILENO, line.data(), line.size());
@@ -60,12 +61,12 @@ void installSignalActions() {
               "peeler: hint: use a smaller --size, or fewer --threads; or raise the limit\n");
 }
 
-/// Handles a failed allocation. Throws if enough memory is left to unwind and report the error.
-/// Otherwise ends the process, because destructors (nlohmann::json's), the standard library and
-/// drivers allocate in noexcept code, and streams would silently drop data.
+/// Handles a failed allocation. Throws if enough memory is left to unwind and report the error,
+/// otherwise ends the process: destructors (nlohmann::json's), the standard library and drivers
+/// allocate in noexcept code, and streams would silently drop data.
 void takeFailedAllocation() {
     constexpr std::size_t kRoom = std::size_t{64} << 10U;
-    void* const volatile room = std::malloc(kRoom);  // volatile, or it would be optimised away
+    void* const volatile room = std::malloc(kRoom);  // volatile: not optimised away
     if (!room) endWithoutMemory();
     std::free(room);
     throw std::bad_alloc();
@@ -85,7 +86,7 @@ void takeFailedAllocation() {
         "peeler: hint: this is a bug in peeler; please report it with the command that shows it\n");
 }
 
-/// Whether to use colours, by the rules of no-color.org and the terminal type.
+/// Whether to use colours (no-color.org, and the terminal type).
 bool wantsColors() {
     const char* const refused = std::getenv("NO_COLOR");
     const char* const kind = std::getenv("TERM");
@@ -96,7 +97,7 @@ bool wantsColors() {
 
 int main(int argc, char** argv) {
     peeler::openStandardStreams();
-    // Number formats must not depend on the locale that a library may set.
+    // Number formats must not depend on the locale.
     std::setlocale(LC_ALL, "C");
     installSignalActions();
     std::set_new_handler(takeFailedAllocation);

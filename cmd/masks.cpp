@@ -78,9 +78,9 @@ class Masks {
           results_(views_.asked() ? "view" : "", session.reporter()),
           capture_(options.capture) {
         capture_.channels = {Channel::kId};
-        // Light does not change the opacity.
+        // Opacity does not depend on light.
         capture_.shading = Shading::kUnlit;
-        // As a half, 0.1 would be rounded down.
+        // In half precision, 0.1 would be rounded down.
         if (options.see_through > 0) capture_.color_type = PixelType::kFloat;
     }
 
@@ -88,7 +88,7 @@ class Masks {
     int run();
 
   private:
-    /// Hashes of everything that determines a view's picture and its files.
+    /// The hash of a view's settings, and the hash of everything that determines the view's files.
     struct ViewHashes {
         std::string settings, output;
     };
@@ -159,7 +159,8 @@ void Masks::checkOptions() {
     job_.checkOptions();
 }
 
-/// Throws if an output would replace an input, the report, or a file that must not be replaced.
+/// Throws Error if an output would replace an input, the report, or a file that --no-clobber
+/// protects.
 void Masks::checkOutput(const OpenedScene& scene) const {
     std::vector<fs::path> inputs = scene.scene().files;
     inputs.push_back(options_.scene.file);
@@ -262,8 +263,7 @@ void Masks::ofView(std::size_t view) {
     const View canvas = canvasOf(seen_[view], options_.canvas, masks.picture);
     masks.see_through = static_cast<float>(options_.see_through);
     masks.layers = options_.formats.ids;
-    // Each thread writes one picture at a time, for which it needs the pixels and the encoder's
-    // memory.
+    // Each thread writes one picture at a time: its pixels and the encoder's memory.
     constexpr std::uint64_t kEncoderBytes = std::uint64_t{24} << 20;
     const std::uint64_t pixels = seen_[view].crop.pixels();
     masks.more_bytes =
@@ -311,8 +311,8 @@ void Masks::ofView(std::size_t view) {
            countText(there, "object") + ", " + groupedText(visible) + " seen");
 }
 
-/// Writes the files shared by all views if every view has been made with this request. Otherwise
-/// reports the missing views and returns false.
+/// Writes the files shared by all views if every view is finished and up to date. Otherwise reports
+/// the missing views and returns false.
 bool Masks::writeShared() {
     std::size_t missing = 0;
     for (std::size_t view = 0; view < views_.size(); ++view)

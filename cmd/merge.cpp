@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// peeler merge: joins separately rendered tiles of a picture, band by band.
+// peeler merge: joins the tiles, or merges the elements, of a picture, band by band.
 #include <algorithm>
 #include <filesystem>
 #include <memory>
@@ -34,7 +34,7 @@ struct MergeOptions : LayeredRunOptions {
     bool allow_gaps = false;
 };
 
-/// A run of the verb: joins the tiles of a picture band by band.
+/// A run of the verb; run() lists its stages.
 class Merge {
   public:
     Merge(const MergeOptions& options, Reporter& reporter)
@@ -91,7 +91,7 @@ void Merge::open() {
     });
 }
 
-/// Chooses the kind of the output: that of the tiles, unless another is requested. Composites are
+/// Chooses the kind of the output: that of the tiles, unless --as gives another. Composites are
 /// joined unchanged.
 void Merge::chooseKind() {
     OutputRequest& output = run_.output;
@@ -100,7 +100,7 @@ void Merge::chooseKind() {
         findOutputFormat(path(), "").holds(OutputContent::kLayers))
         as = "deep";
     if (composites() && as.empty()) as = "composite";
-    checkFormat(output);  // again, because options for layered files may not fit the chosen kind
+    checkFormat(output);  // again, because some options may not fit the chosen kind
     if (!composites()) return;
     if (output.isGiven("--background")) {
         throw Error(ErrorKind::kUsage, "composites are merged with the backgrounds they have",
@@ -173,8 +173,8 @@ void Merge::plan() {
     plan.fragments_counted = plan.fragments_stored;
 }
 
-/// Counts the layers and fragments of the joined tiles, because the headers are not enough if tiles
-/// overlap.
+/// Counts the layers and fragments of the joined tiles. The headers cannot give these numbers if
+/// tiles overlap.
 void Merge::countLayers() {
     DepthComplexity complexity(run_.plan.view.crop);
     forEachBand({"count", kCountEnd}, [&](const LayeredImage& band) { complexity.addBand(band); });

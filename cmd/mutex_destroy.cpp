@@ -22,8 +22,7 @@ extern "C" [[gnu::visibility("default")]] int pthread_mutex_destroy(
     using Function = int (*)(pthread_mutex_t*);
     static const auto destroy =
         reinterpret_cast<Function>(dlsym(RTLD_NEXT, "pthread_mutex_destroy"));
-    // With a time limit, because the mutex may remain locked by the caller or by a thread that has
-    // ended.
+    // The time limit is for mutexes that stay locked, by the caller or by a thread that has ended.
     timespec latest{};
     clock_gettime(CLOCK_REALTIME, &latest);
     ++latest.tv_sec;

@@ -27,7 +27,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A run of the verb: traces bundles for one or more outputs.
+/// A run of the verb.
 class Rays {
   public:
     Rays(const RaysOptions& options, Session& session)
@@ -47,7 +47,7 @@ class Rays {
     }
 
   private:
-    /// Whether each view has its own output file.
+    /// Whether each view has an output file of its own.
     bool eachAlone() const { return views_.asked() && hasViewToken(options_.output.path.string()); }
     void checkOptions();
     void checkFiles() const;
@@ -84,7 +84,7 @@ fs::path Rays::outputOf(std::size_t view) const {
     return viewPath(options_.output.path.string(), static_cast<int>(view));
 }
 
-/// Returns the names of outputs that are known before the bundles are.
+/// Returns the names of the outputs that do not depend on the bundles.
 std::vector<fs::path> Rays::outputs() const {
     std::vector<fs::path> files;
     if (eachAlone()) {
@@ -114,7 +114,7 @@ void Rays::checkFiles() const {
 
 void Rays::openScene() {
     scene_ = &job_.openScene();
-    // Only now is it known which files the scene refers to.
+    // The files that the scene refers to are known only now.
     job_.checkOutputs(eachAlone() ? outputs() : std::vector<fs::path>());
     tracer_.setScene(*scene_, job_.pose());
     if (!views_.asked()) return;
@@ -164,7 +164,7 @@ int Rays::makeAll() {
 
 int Rays::makeViewFiles() {
     int code = 0;
-    job_.chooseEngine();  // chosen now, because hashes include the engine
+    job_.chooseEngine();  // hashes include the engine
     try {
         makeEachView(
             first_, end_, options_.sequence, results_,

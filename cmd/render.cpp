@@ -40,7 +40,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// A picture that is being made.
+/// A picture in progress.
 struct Picture {
     PictureRequest asked{};
     Clock::time_point start{};
@@ -48,11 +48,11 @@ struct Picture {
     PictureResult result{};
     std::unique_ptr<Sink> writer{};
     OutputOptions written{};               ///< the options that the writer was created with
-    BackgroundSink* background = nullptr;  ///< the writer if it has its own thread; else null
+    BackgroundSink* background = nullptr;  ///< the writer, if it runs on its own thread
 };
 
-/// A run of one request. Its pictures share the scene, the shaders and the context. Each picture is
-/// captured while the previous one is still being written.
+/// A run of one request. Its pictures share the scene, the shaders and the context. The capture of
+/// a picture overlaps with the writing of the previous one.
 class Render {
   public:
     Render(const RenderOptions& options, Session& session)
@@ -62,8 +62,8 @@ class Render {
           request_(options, job_, session.reporter()),
           results_(request_.pictureKind(), session.reporter()) {}
 
-    /// Returns the exit code. `result` receives the result as JSON, or the plan under --dry-run;
-    /// null if there is neither.
+    /// Returns the exit code. `result` receives the result as JSON, or the plan of a dry run, or
+    /// null if there is no result.
     int run(Json& result) {
         request_.openScene();
         if (options_.sequence.dry_run) {
@@ -87,7 +87,7 @@ class Render {
         } catch (...) {
             code = reportError(reporter_, currentError());
         }
-        // Finished frames are reported even if others failed.
+        // Reports finished frames even if others failed.
         if (!results_.empty() || (code == 0 && request_.isSequence())) result = results_.json();
         results_.reportFailures();
         return std::max(code, results_.worst());
@@ -118,13 +118,13 @@ class Render {
     Reporter& reporter_;
     CaptureJob job_;
     RenderRequest request_;
-    std::optional<float> exposure_;   // metered before the first picture, for all
-    bool noted_ = false;              // the note about the display transform was printed
-    std::optional<Picture> pending_;  // the previous one, possibly still being written
+    std::optional<float> exposure_;   // metered before the first picture
+    bool noted_ = false;              // whether the note about the display transform was printed
+    std::optional<Picture> pending_;  // the previous picture, perhaps still being written
     SequenceResults results_;
     std::optional<ProgressReport> progress_;
     std::optional<UsedCameras> cameras_;  ///< for --cameras-out
-    bool size_told_ = false;              ///< whether the forecast of the size was reported
+    bool size_told_ = false;              ///< whether the file size forecast was reported
     std::uint64_t memory_forecast_ = 0;   ///< bytes
 };
 
@@ -135,7 +135,7 @@ void Render::renderAll() {
             render(i);
     } catch (...) {
         const Error error = currentError();
-        endPending(true);  // finish the previous picture, which is not at fault
+        endPending(true);  // the previous picture has not failed
         throw error;
     }
     endPending();
@@ -190,7 +190,7 @@ bool Render::make(Picture& picture, std::size_t index) {
         if (error.kind() != ErrorKind::kDevice || !job_.hasContext()) throw;
         reporter_.warning(error.whatText() + "; trying once more.");
     }
-    // When a context is lost, everything in it is invalid.
+    // A lost context loses all its objects.
     picture.writer.reset();
     job_.closeContext();
     pose(picture, index);
@@ -240,16 +240,16 @@ void Render::capture(Picture& picture) {
     picture.writer->finish();
 }
 
-/// Forecasts the memory of the run up to this picture. This is a maximum, because pictures reuse
-/// memory.
+/// Forecasts the memory of the run up to this picture: the maximum over all pictures, because they
+/// reuse memory.
 void Render::forecastMemory(const Picture& picture) {
     memory_forecast_ = std::max({memory_forecast_, repeatedPeak(peakMemory()),
                                  job_.renderer()->forecastMemory(picture.plan, *picture.writer)});
     reporter_.detail("uses at most " + bytesText(memory_forecast_) + " of memory");
 }
 
-/// Adds the forecast for the first picture to render to the result of a dry run. The forecast is
-/// null if there is no such picture, or no device to count its fragments.
+/// Adds the forecasts for the first picture to a dry run's result. They are null if there is no
+/// picture to render, or no device to count its fragments.
 void Render::forecast(Json& result) {
     const std::optional<std::size_t> first = RenderRequest::firstOf(result);
     for (const char* const unknown : {"forecastBytes", "forecastMemory"})
@@ -269,7 +269,7 @@ void Render::forecast(Json& result) {
     reportMemory(memory_forecast_, reporter_);
 }
 
-/// Meters the exposure before the first picture, for all pictures.
+/// Meters the exposure once, before the first picture.
 void Render::meterExposure(const PictureRequest& asked) {
     if (!request_.metersExposure() || exposure_) return;
     exposure_ = job_.meterExposure(asked.capture, request_.views().cameras());
@@ -278,7 +278,7 @@ void Render::meterExposure(const PictureRequest& asked) {
 
 void Render::plan(Picture& picture) {
     const CaptureSettings& capture = picture.asked.capture;
-    // Waits for the previous picture unless there is plenty of memory for both.
+    // Two pictures at a time need plenty of memory.
     if (pending_ && capture.memory != 0 && usedBytes(capture.memory) > capture.memory / 4)
         endPending();
     picture.plan = job_.renderer()->plan(picture.asked.view, capture, progressOf(picture));
@@ -301,7 +301,7 @@ void Render::makeWriter(Picture& picture) {
     OutputOptions output = request_.writerOptions(picture.asked);
     if (exposure_) {
         output.exposure = *exposure_;
-        output.automatic_exposure = false;  // `exposure` now holds the metered value
+        output.automatic_exposure = false;  // `exposure` is now the metered value
     }
     picture.written = output;
     reportSize(picture, output);
@@ -323,8 +323,8 @@ void Render::writeCameras() {
     cameras_->write();
 }
 
-/// Reports the forecast of the file size. In a sequence, does so once, and assumes that the
-/// remaining pictures are like this one.
+/// Reports the forecast file size. In a sequence, reports once, assuming that all remaining
+/// pictures have the same size.
 void Render::reportSize(Picture& picture, const OutputOptions& output) {
     const std::filesystem::path& path = picture.asked.output.path;
     Forecast forecast;
@@ -337,8 +337,8 @@ void Render::reportSize(Picture& picture, const OutputOptions& output) {
     reportForecast(forecast, reporter_, options_.sequence.dry_run);
 }
 
-/// Returns the progress callback for a capture. The last hundredth of the progress is for the work
-/// after it.
+/// Returns the progress callback for a capture. The last hundredth of a picture's progress is left
+/// for writing.
 Progress Render::progressOf(const Picture& picture) {
     if (!progress_) return {};  // in a dry run
     const auto index = static_cast<double>(picture.asked.index);
@@ -347,8 +347,8 @@ Progress Render::progressOf(const Picture& picture) {
     };
 }
 
-/// Finishes the previous picture if it is still pending. If the picture failed, throws or, if
-/// `keep_going`, adds the failure to the results.
+/// Finishes the previous picture if it is pending. If writing it failed, throws the error or, if
+/// `keep_going`, adds it to the results.
 void Render::endPending(bool keep_going) {
     if (!pending_) return;
     Picture picture = std::move(*pending_);
@@ -393,7 +393,7 @@ void Render::addResult(const PictureResult& result) {
     results_.add(toJson(result), summary(result));
 }
 
-/// Prints and stores the result as the options request. Returns the exit code.
+/// Prints the result, and stores it if the options request a report. Returns the exit code.
 int report(const RenderOptions& options, const Json& result, Reporter& reporter) {
     return runReported(reporter, [&] {
         if (options.sequence.dry_run)
@@ -412,7 +412,7 @@ int renderOne(const RenderOptions& options, Session& session) {
     return std::max(code, report(options, result, reporter));
 }
 
-/// Renders the scenes one by one; `scenes` has the options for each. Reports {"scenes": [one result
+/// Renders the scenes one by one, each with its options in `scenes`. Reports {"scenes": [one result
 /// per scene]} and, if any failed, "failed".
 int renderEach(const RenderOptions& options, const std::vector<RenderOptions>& scenes,
                Session& session) {

@@ -59,7 +59,7 @@ struct SheetOptions {
 
 constexpr const char* kOutputHelp = "the file to write: .png, .jpg, .jpeg, .tif, .tiff";
 
-/// A run of the verb: makes the sheet of a file, or of each view of a scene.
+/// A run of the verb: makes the sheet of a picture file, or of each view of a scene.
 class Sheets {
   public:
     Sheets(const SheetOptions& options, Session& session)
@@ -205,7 +205,7 @@ void Sheets::ofView(SceneSheet& sheet, const OpenedScene& scene, std::size_t vie
     }
     if (options_.output.no_clobber) checkNotThere(path);
     SheetContent content = sheet.make(view);
-    writeSheet(content, path, views_.asked() ? hash : "");  // without --views: no hash
+    writeSheet(content, path, views_.asked() ? hash : "");  // no hash without --views
     report(content, view);
 }
 
@@ -237,21 +237,21 @@ void Sheets::writeSheet(SheetContent& content, const fs::path& path,
     style.columns = options_.columns;
     const OutputOptions& asked = options_.output.options;
     if (options_.output.isGiven("--background")) style.background = asked.background;
-    // Depths are shown in grey, so the background must not be grey.
+    // Depths are shown in grey, so the background is coloured.
     constexpr std::array<float, 4> kBehindDepth{0.42F, 0.55F, 0.74F, 1};
     const bool depth = request_.cells.show == SheetShow::kDepth;
     if (depth && !style.background) style.background = kBehindDepth;
     style.exposure = content.exposure.value_or(asked.exposure);
     if (options_.output.isGiven("--tone-map"))
         style.tone_map = asked.tone_map;
-    else if (!depth)  // greys that show depth are not tone-mapped
+    else if (!depth)  // the greys of depths are not tone-mapped
         style.tone_map = toneMaps().front().name;
     content.result.display = {style.tone_map, style.exposure, content.exposure.has_value(), 0};
     const CompositeImage page = layOut(content.cells, style);
     content.result.width = page.window.width();
     content.result.height = page.window.height();
     const StageTimer timer(content.result.milliseconds, "encode");
-    OutputOptions output;  // the page is finished, so no exposure or tone map applies
+    OutputOptions output;  // exposure and tone map are already applied
     output.provenance.version = PEELER_VERSION;
     output.provenance.output_hash = hash;
     writePicture(path.string(), page, output);

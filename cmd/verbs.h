@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The verbs' declare functions, for the verb table. To add a verb, add a file, a row in the table
+// The declare functions of the verbs, for the verb table. A new verb is a file, a row in the table
 // and a line here.
 #pragma once
 

@@ -54,10 +54,10 @@ void checkSettings(std::vector<VerifiedFile>& files) {
     }
 }
 
-/// Returns the frames missing between the first and the last, given the largest step that all
-/// frames share.
+/// Returns the frames missing between the first and the last. The step is the largest that fits all
+/// frames.
 std::vector<int> missingFrames(const std::vector<VerifiedFile>& files) {
-    constexpr std::int64_t kMost = 1000000;  // the maximum number of frames in --frames
+    constexpr std::int64_t kMost = 1000000;  // as for --frames
     std::set<std::int64_t> frames;
     for (const VerifiedFile& file : files) {
         if (isOurs(file)) frames.insert(file.provenance.frame);
@@ -122,7 +122,7 @@ std::string toText(const VerifiedFile& file) {
     text += file.kind == VerifiedKind::kFlat ? "good, without layers"
                                              : "good, " + countText(file.layers, "layer") + ", " +
                                                    countText(file.fragments, "fragment");
-    // Without that hash, a change to the pixels cannot be detected.
+    // Without the pixel hash, changes to the pixels cannot be detected.
     return text + (proven ? "\n" : std::string("; without ") + kPixelHash + '\n');
 }
 

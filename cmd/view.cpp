@@ -43,7 +43,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* kMethod = "reprojection";
 
-/// The camera of the picture: the file's camera, possibly moved, or a new one.
+/// The options for the camera: the file's camera, moved or not, or a new camera.
 struct ViewCameraOptions {
     std::optional<glm::dvec3> eye, target, up;
     std::optional<glm::dvec2> orbit;     ///< angles to the right and upwards, degrees
@@ -61,7 +61,7 @@ struct ViewOptions : LayeredRunOptions {
     fs::path input;
     ObjectOptions objects;
     std::uint32_t max_layers = 0;                ///< layers to use, nearest first; 0 = all
-    std::optional<std::uint64_t> max_fragments;  ///< of a page; 0 = no limit, none = the default
+    std::optional<std::uint64_t> max_fragments;  ///< page only; 0 = no limit, none = the default
     ViewCameraOptions camera;
 };
 
@@ -70,8 +70,8 @@ glm::dvec2 parseAngles(std::string_view text) {
     return {numbers[0], numbers[1]};
 }
 
-/// Returns a camera moved on a sphere around a point: first to the right, about `up`, then upwards,
-/// about the moved camera's right axis.
+/// Returns a camera that is rotated around a point: first to the right, about `up`, then upwards,
+/// about its new right axis.
 glm::dmat4 orbited(const glm::dmat4& camera, const glm::dvec3& center, const glm::dvec3& up,
                    const glm::dvec2& degrees) {
     const auto about = [&](double angle, const glm::dvec3& axis) {
@@ -83,8 +83,8 @@ glm::dmat4 orbited(const glm::dmat4& camera, const glm::dvec3& center, const glm
     return about(-degrees.y, glm::dvec3(yawed[0])) * yawed;
 }
 
-/// Returns an upper limit for the distance between the camera of `view` and the file's content, in
-/// scene units.
+/// Returns an upper limit, in scene units, for the distance of the file's content from the camera
+/// of `view`.
 double farthest(const LayeredImage& image, const View& own, const View& view) {
     const double depth = image.z.empty() ? 1 : *std::max_element(image.z.begin(), image.z.end());
     const double scale = own.projection.perspective ? depth : 1;
@@ -139,15 +139,15 @@ void checkViewCameraOptions(const ViewCameraOptions& options) {
                "--eye, --target", "move one of them");
 }
 
-/// Returns the centre of interest in world space: the point on the viewing axis at the depth
-/// medianDepth(), or at 1 if there are no fragments.
+/// Returns the centre of interest in world space: the point on the viewing axis at medianDepth(),
+/// or at depth 1 if there are no fragments.
 glm::dvec3 centerOfInterest(const LayeredImage& image, const View& view) {
     const glm::dmat4& place = view.camera_to_world;
     return glm::dvec3(place[3]) - glm::dvec3(place[2]) * medianDepth(image, view).value_or(1);
 }
 
-/// Returns the file's camera `own` with the options applied. If the camera is moved, its near and
-/// far planes do not clip the file's content. Keeps the file's crop only if camera and size are
+/// Returns the file's camera `own` with the options applied. The near and far planes of a moved
+/// camera do not clip the file's content. Keeps the file's crop only if camera and size are
 /// unchanged. Throws Error (kUsage) if the camera is invalid.
 View viewFrom(const View& own, const LayeredImage& image, const ViewCameraOptions& options) {
     View view = own;
@@ -190,8 +190,8 @@ View viewFrom(const View& own, const LayeredImage& image, const ViewCameraOption
                        projection.perspective != own.projection.perspective;
     if (moved) {
         view.camera_name.clear();
-        // The content has already been clipped at the planes of the file's camera. Those planes,
-        // moved with the camera, would clip it again.
+        // The file's content is already clipped at the planes of the file's camera. If the planes
+        // moved with the camera, they would clip it again.
         const double distance = glm::length(target - glm::dvec3(view.camera_to_world[3]));
         projection.near = projection.perspective ? 1e-4 * distance : 0;
         projection.far = projection.perspective ? std::numeric_limits<double>::infinity()
@@ -224,8 +224,8 @@ bool chooseKind(const ViewOptions& options, OutputRequest& output) {
     return page;
 }
 
-/// Returns all fragments of the input, or those of the nearest layers, and updates the plan
-/// accordingly.
+/// Returns all fragments of the input, or those of the nearest layers, and updates the plan to
+/// match.
 LayeredImage load(const ViewOptions& options, LayeredInput& input, Plan& plan) {
     if (!input.info().attributes().contains("peeler:cameraJson")) {
         throw Error(ErrorKind::kInput, "the file has no camera", options.input.string(),
@@ -243,7 +243,7 @@ LayeredImage load(const ViewOptions& options, LayeredInput& input, Plan& plan) {
     return image;
 }
 
-/// Reprojects an image from its own view to that of the run's plan, band by band.
+/// Reprojects an image from its own view to the view of the run's plan, band by band.
 void reprojectInto(Sink& sink, const LayeredImage& image, const View& own, LayeredRun& run,
                    Reporter& reporter) {
     ProgressReport progress(reporter, "view");
@@ -256,7 +256,7 @@ void reprojectInto(Sink& sink, const LayeredImage& image, const View& own, Layer
             progress.update(share);
         });
     });
-    // Subtracts the sink's times, because bands were written during the capture.
+    // Bands are written during the capture, so subtract the sink's times.
     for (const auto& [stage, milliseconds] : sink.times())
         run.result.milliseconds["capture"] -= milliseconds;
 }
@@ -276,7 +276,7 @@ void view(const ViewOptions& options, Reporter& reporter) {
     const std::string path = run.output.path.string();
     Provenance provenance = info.provenance;
     provenance.method = kMethod;
-    provenance.settings_hash.clear();  // they describe the input, not this picture
+    provenance.settings_hash.clear();  // the settings describe the input
     provenance.settings.clear();
     OutputOptions output = run.outputOptions(provenance);
     if (page && options.max_layers == 0) {
@@ -296,7 +296,7 @@ void view(const ViewOptions& options, Reporter& reporter) {
         else
             reprojectInto(*sink, image, own, run, reporter);
     });
-    run.plan.samples = 1;  // per pixel of this view; the file keeps the input's number
+    run.plan.samples = 1;  // the view has one sample per pixel, whatever the input has
     run.report(output, provenance);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// peeler worker: a long-lived process that reads jobs as lines and answers with lines.
+// peeler worker: a long-lived process that reads jobs and writes results, one per line.
 #include <algorithm>
 #include <memory>
 #include <optional>
@@ -26,7 +26,7 @@ struct WorkerOptions {
     std::optional<std::uint64_t> keep;
 };
 
-/// Returns the limits of each process: equal shares of the threads and memory.
+/// Returns the limits of each process: an equal share of threads and memory.
 JobLimits shareOf(const WorkerOptions& options) {
     const auto jobs = static_cast<std::uint64_t>(options.jobs);
     JobLimits limits;

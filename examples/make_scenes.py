@@ -3,8 +3,8 @@
 """Writes the example scenes: python3 examples/make_scenes.py [--check] [NAME ...]
 
 Everything is computed with fixed seeds by the standard library alone, so the bytes are the same every time. `--check`
-writes nothing and exits with 1 if a scene differs from the committed file. (Python's zlib compresses the textures; one
-linked to another deflate, e.g. zlib-ng, writes other bytes for the same pixels.)
+writes nothing and exits with 1 if a scene differs from the committed file. (Python's zlib module compresses the
+textures. If it uses another library, such as zlib-ng, the bytes differ although the pixels are the same.)
 """
 from __future__ import annotations
 

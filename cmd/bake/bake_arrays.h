@@ -13,9 +13,9 @@
 
 namespace peeler::cmd {
 
-/// Returns the arrays of writeVertexArrays(): `values` (n, components), `positions` and `normals`
-/// (n, 3; world space), float, and `ranges` (r, 5; int64), which have the columns node, instance
-/// (index into PosedScene::meshes()), primitive, first receiver, count.
+/// Returns the arrays of writeVertexArrays(). Float: `values` (n, components), `positions` and
+/// `normals` (n, 3; world space). Int64: `ranges` (r, 5) with the columns node, instance (index
+/// into PosedScene::meshes()), primitive, first receiver, count.
 std::vector<NamedArray> vertexArrays(const VertexReceivers& vertices, std::size_t components);
 /// Writes vertexArrays() with the values. Throws Error (kOutput) if writing fails.
 void writeVertexArrays(const std::string& path, const PosedScene& posed,

@@ -33,7 +33,7 @@ constexpr Choice<BakeFile> kFiles[] = {
 
 constexpr int kMostDirections = 1 << 20;
 constexpr int kMostResolution = 16384;
-constexpr int kMostTexels = 8192;  // per side; more receivers than that would take several GiB
+constexpr int kMostTexels = 8192;  // per side; more receivers would take several GiB
 
 int evenNumber(const std::string& text) {
     const auto number = parseInteger(text, 2, kMostDirections);

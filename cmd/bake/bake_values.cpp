@@ -69,9 +69,9 @@ std::vector<BakedPrimitive> bakedPrimitives(const PosedScene& posed,
         std::size_t baked;  // index into the result
         std::size_t instances;
     };
-    std::map<std::pair<int, std::size_t>, Shows> places;  // result entry by node and primitive
+    std::map<std::pair<int, std::size_t>, Shows> places;  // by node and primitive
     std::vector<BakedPrimitive> result;
-    std::vector<const std::vector<glm::vec4>*> colors;  // original, per entry of `result`
+    std::vector<const std::vector<glm::vec4>*> colors;  // the original colours of each result entry
     for (const VertexRange& range : vertices.ranges()) {
         if (range.count == 0) continue;
         const MeshInstance& instance = posed.meshes()[range.instance];

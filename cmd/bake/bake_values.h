@@ -21,8 +21,9 @@ struct ValueRange {
 ValueRange rangeOf(std::span<const float> values);
 
 /// A mapping from values to display values, 0 to 1. Ambient occlusion and sky visibility are
-/// unchanged, bent normals become n / 2 + 1 / 2, thickness a share of the maximum, and irradiance E
-/// / π, the radiance that a white diffuse surface reflects (clipped at 1 when stored).
+/// unchanged. A bent normal n becomes (n + 1) / 2. Thickness is divided by the maximum. Irradiance
+/// is divided by π, which gives the radiance that a white diffuse surface reflects; it is clipped
+/// at 1 when stored.
 class ShownValues {
   public:
     ShownValues(BakeQuantity quantity, const ValueRange& range);
@@ -35,9 +36,9 @@ class ShownValues {
 /// Returns the name of the vertex attribute for the values: "_AO".
 std::string attributeOf(BakeQuantity quantity);
 
-/// Returns the values of the receivers `vertices`, grouped by node and primitive. COLOR_0 holds the
-/// linear display value; occlusion is multiplied into an existing colour. Instances of the same
-/// node (EXT_mesh_gpu_instancing) share the mean of their values.
+/// Returns the values at the receivers `vertices`, grouped by node and primitive. COLOR_0 holds the
+/// linear display value; occlusion is multiplied into an existing colour. Instances of a node
+/// (EXT_mesh_gpu_instancing) get the mean of their values.
 std::vector<BakedPrimitive> bakedPrimitives(const PosedScene& posed,
                                             const VertexReceivers& vertices,
                                             std::span<const float> values, BakeQuantity quantity,

@@ -53,7 +53,8 @@ std::uint64_t writeMemory(const BakeOptions& bake, const SceneOptions& options,
                       : GlbWriter::memory(options.file, options.reading, scene.scene().files);
     if (!texels && bake.file() == BakeFile::kArrays) return bytes;
     if (!texels) {
-        // COLOR_0 and the values are in memory twice: as made, and as added to the file.
+        // COLOR_0 and the values are in memory twice: once in the baked primitives and once in the
+        // file.
         constexpr std::uint64_t kColorBytes = 4 * sizeof(std::uint16_t);
         return bytes + package + 2 * receivers * (kColorBytes + components * sizeof(float));
     }

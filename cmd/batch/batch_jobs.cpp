@@ -34,7 +34,7 @@ constexpr const char* kHelp = "see peeler batch --help";
 
 constexpr std::string_view kMoreKeys[] = {"id"};
 
-/// An option that names an output file, for one verb or, if `verb` is "", for all.
+/// An option that names an output file. The verb "" means all verbs.
 struct WritingOption {
     std::string_view verb;
     const char* option;
@@ -49,8 +49,8 @@ bool isShards(const fs::path& output) {
     return lowerExtension(output) == ".tar";
 }
 
-/// Replaces each output that has a frame-number pattern by the outputs of all frames. Leaves shards
-/// alone, because their numbers are unknown.
+/// Replaces each output that has a frame-number pattern by the outputs of all frames. Shards keep
+/// their names, because their numbers are unknown.
 void nameFrames(const std::string& list, const Shard& chunk, Job& job) {
     const std::vector<int> frames = parseFrames(list);
     const auto [first, end] = chunk.of(frames.size());
@@ -71,7 +71,7 @@ Shard chunkOf(const VerbOptions& options) {
     return given ? parseShard(options.value("--chunk")) : Shard();
 }
 
-/// Parses the arguments as the verb does, and fills in the fields that the batch needs.
+/// Parses the arguments like the verb does, and fills in the remaining fields of the job.
 void readArguments(Job& job) {
     if (job.verb == "batch")
         refuseJob("a batch cannot run a batch", job.verb, "put its jobs into this file");

@@ -31,7 +31,7 @@ struct Job {
     /// All output files; for sequences, one per frame. A name whose numbers are not frames keeps
     /// its pattern.
     std::vector<std::filesystem::path> outputs;
-    // Whether the verb has --json, --quiet, --threads or --memory while the job does not set it.
+    // Whether the batch adds the option: the verb has it and the job does not set it.
     bool wants_json = false, wants_quiet = false, wants_threads = false, wants_memory = false;
 };
 

@@ -96,7 +96,7 @@ std::vector<Json> readBatchReport(const fs::path& path, std::size_t* whole) {
     const std::string text = readRegularText(path);
     std::vector<Json> lines;
     std::size_t at = 0;
-    // Stops before a partial last line, which has no line end and was left by a killed batch.
+    // Stops before a partial last line, which a killed batch may have left.
     for (std::size_t end; (end = text.find('\n', at)) != std::string::npos; at = end + 1) {
         Json line = parseOrderedJsonOrNull(std::string_view(text).substr(at, end - at));
         if (!isResult(line)) {
@@ -107,7 +107,7 @@ std::vector<Json> readBatchReport(const fs::path& path, std::size_t* whole) {
         }
         lines.push_back(std::move(line));
     }
-    // A truncated result begins like this; any other text means another kind of file.
+    // Only a truncated result begins like this.
     if (at < text.size() && lines.empty() && !text.starts_with("{\"job\":")) {
         throw Error(ErrorKind::kUsage, "this file contains no batch results",
                     "--report " + path.string(), "choose another name for the report");
@@ -141,8 +141,7 @@ void BatchReport::open() {
             throw Error(ErrorKind::kOutput, "another batch is writing this report", path_.string(),
                         "wait for it, or choose another name");
         }
-        // Tries again if the name now refers to a different file, because a batch that just ended
-        // may have replaced it.
+        // Opens the file again if another batch has just replaced it.
     } while (fstat(file_, &locked) == 0 && stat(path_.c_str(), &named) == 0 &&
              locked.st_ino != named.st_ino);
 }

@@ -22,9 +22,9 @@ namespace peeler::cmd {
 /// instead of the result. `number` is the job's number, from 1.
 nlohmann::ordered_json resultLine(std::size_t number, const Job& job, const ChildProcess& process);
 
-/// A file of result lines that stays valid however the batch ends. Lines are appended as jobs end;
-/// finish() sorts them into job order. Lines for jobs of other batches stay. Only one batch at a
-/// time can open it.
+/// A file of result lines that stays valid even if the batch is killed. Lines are appended as jobs
+/// end; finish() sorts them into job order and keeps the lines of other batches. Only one batch at
+/// a time can open the file.
 class BatchReport {
   public:
     /// Opens or creates the file and reads it. Removes the partial last line that a killed batch
@@ -35,14 +35,14 @@ class BatchReport {
     BatchReport(const BatchReport&) = delete;
     BatchReport& operator=(const BatchReport&) = delete;
 
-    /// Returns the results that the file held when it was opened.
+    /// Returns the results that were in the file when it was opened.
     const std::vector<nlohmann::ordered_json>& lines() const { return lines_; }
 
     /// Writes a line immediately. Throws Error (kOutput) if writing fails.
     void add(const nlohmann::ordered_json& line);
 
-    /// Replaces the file's content with the lines of other batches' jobs, then `lines`. Throws
-    /// Error (kOutput) if writing fails.
+    /// Rewrites the file: the results of other batches, followed by `lines`. Throws Error (kOutput)
+    /// if writing fails.
     void finish(const std::vector<nlohmann::ordered_json>& lines);
 
   private:

@@ -17,8 +17,7 @@ namespace {
 /// The maximum number of places that are listed and marked per kind of fault.
 constexpr std::size_t kPlaces = 100;
 
-/// Returns a progress callback for a stage that covers the range from `begin` to `end` of the
-/// whole.
+/// Returns a progress callback that maps a stage's share to the range from `begin` to `end`.
 Progress between(const Progress& progress, double begin, double end) {
     return [=](double share) { progress(begin + (end - begin) * share); };
 }
@@ -56,8 +55,8 @@ class PartChecker {
             unionVolume(tree, topology, report_.crossings, between(progress_, 0.3, 0.6));
     }
 
-    /// Finds the thinnest wall. If there are too many crossings to determine the union, the wall is
-    /// uncertain, too.
+    /// Finds the thinnest wall. The wall is uncertain if there are too many crossings to determine
+    /// the union.
     void findWall(const TriangleTree& tree) {
         FoundWall& found = report_.found_wall;
         found.certain = !report_.crossings.more && (report_.union_volume || !report_.volume);
@@ -88,7 +87,7 @@ class PartChecker {
             middles.push_back(report_.mesh.middle(t));
         return middles;
     }
-    /// Returns one triangle from each shell on this side.
+    /// Returns the first triangle of each shell with this ShellSide.
     std::vector<std::uint32_t> shellsOf(ShellSide side) const {
         std::vector<std::uint32_t> found;
         for (std::size_t i = 0; i < report_.sides.size(); ++i)
@@ -122,8 +121,7 @@ class PartChecker {
             add(PartProblem::kUncertainWall, 1, {});
     }
 
-    /// Adds the problems found as crossings: self-intersections of a shell, and overlaps between
-    /// shells.
+    /// Adds self-intersections of a shell, and overlaps between shells, from the crossings.
     void addCrossings() {
         std::vector<std::uint32_t> own, others = shellsOf(ShellSide::kInside);
         std::uint64_t own_pairs = 0, overlapping = others.size();
@@ -149,7 +147,7 @@ class PartChecker {
     const Progress& progress_;
 };
 
-/// Returns, for each part, the index of its first triangle in the mesh that joins all parts.
+/// Returns the index of each part's first triangle in the mesh that joins all parts.
 std::vector<std::size_t> firstTriangles(const std::vector<PartReport>& parts) {
     std::vector<std::size_t> first{0};
     for (const PartReport& part : parts)
@@ -157,7 +155,7 @@ std::vector<std::size_t> firstTriangles(const std::vector<PartReport>& parts) {
     return first;
 }
 
-/// Returns the topology of the mesh that joins all parts, as far as unionVolume() needs it.
+/// Returns the topology of the mesh that joins all parts. Only the fields that unionVolume() needs.
 PartTopology sideBySide(const std::vector<PartReport>& parts) {
     PartTopology all;
     for (const PartReport& part : parts) {
@@ -277,8 +275,7 @@ CheckReport checkParts(const PosedScene& posed, const CheckSettings& settings,
         report.bounds.min = glm::min(report.bounds.min, box.min);
         report.bounds.max = glm::max(report.bounds.max, box.max);
     }
-    // Progress is measured in triangles: those of the parts one by one, then all of them once more
-    // for the union.
+    // Progress counts triangles. The union of several parts counts all triangles again.
     const double all = static_cast<double>(triangles + 1) * (report.parts.size() > 1 ? 2 : 1);
     for (PartReport& part : report.parts) {
         const double begin = static_cast<double>(done) / all;

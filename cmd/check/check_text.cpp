@@ -100,7 +100,7 @@ std::string number(double value, const char* format) {
     return text.data();
 }
 
-/// Formatting of quantities in the units of manufacturing and of glTF.
+/// Formatting of quantities in millimetres (for manufacturing) and metres (as in glTF).
 class Units {
   public:
     explicit Units(double metres) : metres_(metres) {}
@@ -129,8 +129,7 @@ class Units {
         const double cubic = metres_ * metres_ * metres_ * volume;
         return number(1e9 * cubic, "%.6g") + " mm3 (" + number(cubic, "%.6g") + " m3)";
     }
-    /// Returns the coordinates of a place as text. They stay in scene units, because other programs
-    /// show those.
+    /// Returns the coordinates of a place as text, in scene units, as other programs show them.
     static std::string place(const glm::dvec3& p) {
         const auto coordinate = [](double x) {
             return number(std::abs(x) < 1e-12 ? 0 : x, "%.6g");
@@ -189,7 +188,7 @@ std::string wallText(const PartReport& part, const Units& units) {
            (part.wall_crossed ? ", where surfaces cross" : "");
 }
 
-/// Returns the volume, and that of the union if they differ.
+/// Returns the volume, and the volume of the union if the surfaces cross or overlap.
 std::string volumeText(const PartReport& part, const Units& units) {
     std::string sum = units.volume(*part.volume);
     if (part.union_volume &&
@@ -338,7 +337,7 @@ std::string toText(const CheckReport& report, const std::string& file) {
     const Units units(report.metres);
     std::string text = printable(file, kMostOfLine) + ": " + verdictText(report) + '\n';
     const bool several = report.parts.size() > 1;
-    // If there are many parts, only the faulty ones are listed; else all.
+    // Lists all parts, or only the faulty ones if there are many.
     std::size_t named = 0;
     for (const PartReport& part : report.parts) {
         if (report.parts.size() > kNamedParts && part.good()) continue;

@@ -56,7 +56,7 @@ struct PartReport {
     double area = 0;
     std::optional<double> volume, union_volume;  ///< closed parts only; cubic scene units
     FoundWall found_wall;
-    bool wall_crossed = false;    ///< a surface crosses a face of the wall
+    bool wall_crossed = false;    ///< whether a surface crosses a face of the wall
     std::vector<PartEdge> sharp;  ///< edges with an angle below kWallAngle
     std::vector<FoundProblem> problems;
 
@@ -69,7 +69,7 @@ struct PartReport {
 /// Two parts whose surfaces intersect.
 struct PartOverlap {
     std::size_t a = 0, b = 0;  ///< indices into CheckReport::parts
-    std::uint64_t pairs = 0;   ///< intersecting triangles; a lower bound if CheckReport::more
+    std::uint64_t pairs = 0;   ///< intersecting triangle pairs; a lower bound if CheckReport::more
     glm::dvec3 place{0};
 };
 

@@ -127,7 +127,7 @@ void addPart(PlacesScene& scene, const PartReport& part, double ball) {
         if (!crossing.contains(t) && !std::ranges::binary_search(part.topology.turned, t))
             addTriangle(body, mesh, t);
     for (const FoundProblem& problem : part.problems) {
-        if (problem.kind == PartProblem::kThinWall) continue;  // it is marked in any case
+        if (problem.kind == PartProblem::kThinWall) continue;  // marked by placesScene()
         Primitive& balls = scene.add(markOf(problem.kind).color, 1, Topology::kTriangles);
         for (const glm::dvec3& place : problem.places)
             addBall(balls, place, ball);

@@ -45,14 +45,13 @@ void complete(OptionDescription& description, const CLI::Option& option) {
     if (description.help.empty()) description.help = option.get_description();
 }
 
-/// Throws Error (kUsage) because of an empty value, which scripts pass if a variable is unset.
+/// Throws Error (kUsage) for an empty value, which often comes from an unset variable in a script.
 void refuseEmpty(const std::string& name, bool is_file) {
     refuse(is_file ? "the name is empty" : "the value is empty", name,
            "give one; a variable in your script may be unset");
 }
 
-/// Returns a hint if an argument that looks like an option is the name of an existing file; else
-/// "".
+/// Returns a hint if an argument begins with a dash and names an existing file, else "".
 std::string dashHint(const Texts& arguments) {
     for (const std::string& argument : arguments)
         if (argument.size() > 1 && argument.starts_with('-') && isSeen(argument))
@@ -202,7 +201,7 @@ Option VerbOptions::addText(const std::string& name, const std::string& value_na
         }
     };
     return described(*app_->add_option_function<std::string>(name, assign)
-                          ->option_text(value_name.empty() ? " " : value_name)  // else CLI11's own
+                          ->option_text(value_name.empty() ? " " : value_name)  // "" = CLI11's text
                           ->take_last(),
                      help);
 }
@@ -296,7 +295,7 @@ ArgumentParser::~ArgumentParser() = default;
 VerbOptions ArgumentParser::addVerb(const std::string& name, const VerbHelp& help) {
     CLI::App* verb = app_->add_subcommand(name, std::string(help.summary));
     verb->group(std::string(help.purpose));
-    verb->footer("");  // else CLI11 would use the program's footer
+    verb->footer("");  // without a footer, CLI11 uses the program's
     helps_[name] = help;
     return {*verb, descriptions_};
 }
@@ -304,7 +303,7 @@ VerbOptions ArgumentParser::addVerb(const std::string& name, const VerbHelp& hel
 Asked ArgumentParser::parse(const std::vector<std::string>& given) {
     Texts arguments = given;
     help_of_all_ = takeAll(arguments);
-    // Refused here, because CLI11 would use the next argument as the value of "--report=".
+    // CLI11 would take the next argument as the value of "--report=".
     for (const std::string& argument : arguments)
         if (argument.starts_with("--") && argument.find('=') == argument.size() - 1)
             refuseEmpty(argument.substr(0, argument.size() - 1), false);

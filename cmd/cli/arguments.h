@@ -24,7 +24,7 @@ namespace peeler::cmd {
 
 /// A name that an option accepts as its value.
 struct ChoiceDescription {
-    std::string name;  ///< "": `summary` is a heading for the choices that follow
+    std::string name;  ///< "" = `summary` is a heading for the choices that follow
     std::string summary;
     bool is_default = false;
 };
@@ -62,11 +62,11 @@ std::vector<ChoiceDescription> describeChoices(const Rows& rows, bool first_is_d
     return choices;
 }
 
-/// Returns `text` wrapped; the default width fits beside the option names.
+/// Returns `text`, wrapped. The default width leaves room for the option names.
 std::string wrapped(const std::string& text, std::size_t columns = 66);
 
 /// A handle to an option of a verb. Copies refer to the same option. The ArgumentParser must
-/// outlive all of them.
+/// outlive all copies.
 class Option {
   public:
     Option(CLI::Option& option, OptionDescription& description)
@@ -95,14 +95,14 @@ class Option {
 };
 
 /// A handle to the options of one verb: declares the options and, after parsing, returns those
-/// given on the command line. Copies refer to the same verb. The ArgumentParser must outlive all of
-/// them.
+/// given on the command line. Copies refer to the same verb. The ArgumentParser must outlive all
+/// copies.
 ///
 /// A name is "-o,--output", "SCENE" for a positional argument, or "--refine,!--no-refine" for a
 /// flag and its opposite. `value_name` is the value's name in the help; lower-case alternatives
 /// ("NAME|INDEX|all") are literal. The help text is wrapped automatically. Targets, and everything
 /// that callbacks refer to, must outlive the parse. Callbacks may throw Error (kUsage), which the
-/// parse passes on. They are never called with empty text, which is refused.
+/// parse passes on. Empty texts are refused before a callback is called.
 class VerbOptions {
   public:
     using Take = std::function<void(const std::string&)>;
@@ -112,13 +112,13 @@ class VerbOptions {
     VerbOptions(CLI::App& app, Descriptions& descriptions)
         : app_(&app), descriptions_(&descriptions) {}
 
-    /// Adds an option. `take` is called with the option's text, which is the last one if the option
-    /// is repeated. An Error that `take` throws gets the option and its text as `where`.
+    /// Adds an option. Calls `take` with the option's text, or with the last text if the option is
+    /// repeated. An Error that `take` throws gets the option and its text as `where`.
     Option addText(const std::string& name, const std::string& value_name, const Take& take,
                    const std::string& help);
 
-    /// Adds an option that may be repeated. `take` is called with each text. An Error that `take`
-    /// throws gets the option and its text as `where` unless it has its own.
+    /// Adds an option that may be repeated. Calls `take` with each text. An Error that `take`
+    /// throws gets the option and its text as `where` unless it already has a `where`.
     Option addRepeated(const std::string& name, const std::string& value_name, const Take& take,
                        const std::string& help);
 
@@ -129,14 +129,14 @@ class VerbOptions {
     Option addFiles(const std::string& name, std::vector<std::filesystem::path>& files,
                     const std::string& help);
 
-    /// Sets the text at the end of the help, which keeps its own line breaks.
+    /// Sets the text at the end of the help. Its line breaks are kept.
     void footer(const std::string& text);
 
     /// Returns the option with this name ("--output"), which must have been declared.
     Option option(const std::string& name) const;
     bool knows(const std::string& name) const;
     bool given(const std::string& name) const;
-    /// Returns an option's text; the last one if the option is repeated, "" if it is not given.
+    /// Returns an option's text: the last if the option is repeated, "" if it is not given.
     std::string value(const std::string& name) const;
     /// Returns the given options in declaration order.
     std::vector<Option> given() const;
@@ -170,7 +170,7 @@ Option addFile(VerbOptions& verb, const std::string& name, const std::string& va
 }
 
 /// Adds an option with a table of names; the help lists the names, the first as the default. `kind`
-/// is the noun that the error for an unknown name uses.
+/// is the noun for the names in error messages.
 template <class T>
 Option addChoice(VerbOptions& verb, const std::string& name, T& target,
                  std::span<const Choice<T>> choices, const std::string& kind,
@@ -182,7 +182,7 @@ Option addChoice(VerbOptions& verb, const std::string& name, T& target,
         .oneOf(describeChoices(choices, true));
 }
 
-/// A verb's help text, apart from its options. Views of literals.
+/// The parts of a verb's help text other than its options. The views must refer to literals.
 struct VerbHelp {
     std::string_view summary;
     /// The heading under which the program's help lists the verb.
@@ -197,18 +197,17 @@ enum class Asked { kVerb, kHelp, kVersion, kNothing };
 /// A parser of the program's arguments: a verb and its options.
 class ArgumentParser {
   public:
-    /// Constructs a parser for arguments of a verb that do not come from a command line. It lacks
-    /// --version. It also lacks the limit to one verb; hence it skips a surplus argument that
-    /// equals the verb's name, instead of refusing it.
+    /// Constructs a parser for a verb's arguments that do not come from the command line. It has no
+    /// --version. If an extra argument equals the verb's name, it is skipped instead of refused.
     ArgumentParser();
-    /// Constructs the parser of the command line. `help` begins and `footer` ends the program's
-    /// help.
+    /// Constructs the parser of the command line. The program's help begins with `help` and ends
+    /// with `footer`.
     ArgumentParser(const VerbHelp& help, const std::string& footer);
     ~ArgumentParser();
     ArgumentParser(const ArgumentParser&) = delete;
     ArgumentParser& operator=(const ArgumentParser&) = delete;
 
-    /// Adds a verb, whose only option at first is --help.
+    /// Adds a verb with the option --help.
     VerbOptions addVerb(const std::string& name, const VerbHelp& help);
 
     /// Parses the arguments and sets the targets of the options given. Must be called only once.
@@ -216,10 +215,10 @@ class ArgumentParser {
     /// option is missing. Passes on exceptions from callbacks.
     Asked parse(const std::vector<std::string>& given);
 
-    /// Returns the verb that the parsed arguments name, or "" if they name no verb.
+    /// Returns the verb in the parsed arguments, or "" without a verb.
     std::string verb() const;
-    /// Returns the help of the verb given or, without a verb, of the program. The help of a verb
-    /// lists its common options, or all options if the arguments are "--help all".
+    /// Returns the help of the verb in the arguments or, without a verb, of the program. The help
+    /// of a verb lists its common options, or all options if the arguments contain "--help all".
     std::string help() const;
     /// Returns the description of the program and all its verbs.
     CommandDescription describe() const;

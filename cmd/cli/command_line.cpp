@@ -11,7 +11,7 @@
 #include "cmd/cli/errors.h"
 
 #ifndef PEELER_COMMIT
-#define PEELER_COMMIT ""  // the sources are not a git clone
+#define PEELER_COMMIT ""  // not built from a git clone
 #endif
 
 namespace peeler::cmd {
@@ -52,7 +52,7 @@ std::vector<std::string> withoutHelpVerb(std::vector<std::string> arguments) {
     return arguments;
 }
 
-/// Runs `work`. Adds a hint that refers to the verb's help to usage errors without a hint.
+/// Runs `work`. Gives usage errors without a hint the hint "see peeler VERB --help".
 template <class Work>
 auto hintingAt(const ArgumentParser& parser, const Work& work) {
     try {
@@ -96,7 +96,7 @@ int dispatch(const std::vector<std::string>& given, Console& console) {
 }
 
 /// Whether a scheduler reads stderr (--progress openjd). Searches the unparsed arguments, because
-/// the scheduler must also get errors in the arguments.
+/// the scheduler must get parse errors, too.
 bool schedulerReads(const std::vector<std::string>& arguments) {
     constexpr std::string_view kTwoWords[] = {"--progress", "openjd"};
     const auto end = arguments.end();
@@ -108,7 +108,7 @@ bool schedulerReads(const std::vector<std::string>& arguments) {
 
 CommandDescription describeCommandLine() {
     ArgumentParser parser(programHelp(), programFooter());
-    std::vector<VerbAction> actions;  // they own the options' storage
+    std::vector<VerbAction> actions;  // own the options' storage
     for (const Verb& verb : verbs()) {
         VerbOptions options = addTo(parser, verb);
         actions.push_back(verb.declare(options));

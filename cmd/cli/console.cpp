@@ -101,8 +101,8 @@ std::string Console::line(std::string_view word, std::string_view text,
 }
 
 void Console::say(const std::string& text) {
-    // Writes with a single call, so that lines of several processes do not mix in one log.
-    err_.clear();  // so that an earlier write error does not suppress later messages
+    // A single call, so that lines of several processes do not mix in one log.
+    err_.clear();  // an earlier write error must not suppress later messages
     err_ << text << std::flush;
 }
 

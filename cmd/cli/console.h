@@ -13,8 +13,8 @@
 namespace peeler::cmd {
 
 /// The Reporter of the command line. Every message is one line that begins with "peeler: " and the
-/// severity. Text is made printable() and shortened, because file names may contain anything, even
-/// line feeds. Only a hint may have several lines; each begins with the same prefix.
+/// severity; only a hint may have several such lines. Text is made printable() and shortened,
+/// because file names may contain anything, even line feeds.
 class Console final : public Reporter {
   public:
     /// The streams must outlive the Console. `terminal`: whether `err` is a terminal, on which a
@@ -41,8 +41,8 @@ class Console final : public Reporter {
     void setProgress(ProgressStyle style) override { progress_.setStyle(style); }
     ProgressLines& progressLines() { return progress_; }
 
-    /// Sets a prefix; every error is then also written as a line with that prefix, for a scheduler.
-    /// "" = off.
+    /// If `prefix` is not "", every error is also printed as a line that begins with it, for a
+    /// scheduler.
     void setFailurePrefix(std::string prefix) { failure_prefix_ = std::move(prefix); }
 
     /// Draws `text` as a progress bar over the previous bar. Does nothing unless `err` is a

@@ -15,7 +15,7 @@ namespace peeler::cmd {
 
 namespace {
 
-/// The hint for errors of a kind that have no hint of their own.
+/// The hint for an error of this kind that has no hint.
 struct DefaultHint {
     ErrorKind kind;
     const char* hint;

@@ -27,15 +27,16 @@ std::string_view kindName(ErrorKind kind);
 [[noreturn]] void refuse(const Text& what, const Text& where = {}, const Text& hint = {});
 
 /// Runs `work` and returns the exit code: the result of `work` or, if it throws, an Error's kind,
-/// 33 for std::bad_alloc, 141 for ReaderGone (as for SIGPIPE), and 1 for anything else. Prints
-/// exceptions other than ReaderGone on stderr.
+/// 33 for std::bad_alloc, 141 for ReaderGone (as for SIGPIPE), and 1 for any other exception.
+/// Prints exceptions other than ReaderGone on stderr. Passes on Cancelled.
 int runReported(Reporter& reporter, const std::function<int()>& work);
 
-/// Returns the current exception as an Error that refers to options. Must be called in a catch
-/// block. Rethrows ReaderGone.
+/// Returns the current exception as an Error, with option names in its texts. Must be called in a
+/// catch block. Rethrows ReaderGone and Cancelled.
 Error currentError();
 
-/// Reports an error, always with a hint, on stderr. Returns the error's exit code.
+/// Reports an error on stderr, with a default hint if it has no hint. Returns the error's exit
+/// code.
 int reportError(Reporter& reporter, const Error& error);
 
 }  // namespace peeler::cmd

@@ -14,14 +14,13 @@ namespace peeler::cmd {
 
 namespace {
 
-/// Throws Error (kUsage). If the hint is empty, the caller fills it in.
+/// Throws Error (kUsage). The constructor of JobLine adds a hint if there is none.
 [[noreturn]] void refuseLine(const std::string& what, const std::string& where = "",
                              const std::string& hint = "") {
     throw Error(ErrorKind::kUsage, what, where, hint);
 }
 
-/// Parses a line like nlohmann::json::parse(), but refuses duplicate keys instead of using the
-/// last.
+/// Parses a line. Unlike nlohmann::json::parse(), refuses duplicate keys.
 nlohmann::json parseLine(const std::string& line) {
     std::vector<std::set<std::string>> keys;
     const auto check = [&](int, nlohmann::json::parse_event_t event, nlohmann::json& parsed) {
@@ -35,8 +34,8 @@ nlohmann::json parseLine(const std::string& line) {
     try {
         return nlohmann::json::parse(line, check);
     } catch (const nlohmann::json::exception& error) {
-        // Removes the start of the text "[json.exception.parse_error.101] parse error at line 1,
-        // column 5: …".
+        // Drops the beginning of "[json.exception.parse_error.101] parse error at line 1, column 5:
+        // …".
         const std::string text = error.what();
         const std::size_t column = text.find("column");
         refuseLine("this is not JSON",
@@ -57,7 +56,7 @@ std::string takeString(const nlohmann::json& value, const std::string& key) {
     return argumentText(value, key);
 }
 
-// Each of these functions reads the value of one key of a job.
+// Each of these functions reads the value of one key.
 void takeArguments(const nlohmann::json& value, JobLine& job) {
     if (!value.is_array()) refuseLine("expected an array of strings", "args");
     for (const nlohmann::json& argument : value)
@@ -77,7 +76,7 @@ void takeOption(const std::string& name, const nlohmann::json& value, JobLine& j
         if (value.get<bool>()) job.arguments.push_back(option);
     } else if (value.is_string() || value.is_number()) {
         const std::string text = value.is_string() ? value.get<std::string>() : dumpJson(value);
-        // Joined to one argument, because a value may begin with a dash.
+        // One argument "--name=value", because a value may begin with a dash.
         job.arguments.push_back(
             std::string(option).append("=").append(argumentText(text, "options/" + name)));
     } else {

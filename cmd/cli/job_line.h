@@ -20,12 +20,12 @@ namespace peeler::cmd {
 /// false omits it, an array repeats it.
 struct JobLine {
     /// Parses a line. The object may also have the keys in `more_keys`, which the caller reads.
-    /// Errors have `help` as their hint. Throws Error (kUsage) if the text is not a JSON object or
-    /// a key is unknown, missing, duplicate or of the wrong type.
+    /// Throws Error (kUsage) if the text is not a JSON object or a key is unknown, missing,
+    /// duplicate or of the wrong type. Errors without a hint get `help` as their hint.
     JobLine(const std::string& line, std::span<const std::string_view> more_keys,
             const std::string& help);
 
-    nlohmann::json json;  ///< the whole object
+    nlohmann::json json;  ///< the parsed line
     std::string verb;
     std::vector<std::string> arguments;
 };

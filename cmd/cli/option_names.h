@@ -13,7 +13,7 @@ namespace peeler::cmd {
 /// Returns the option or verb for a parameter: "--layers", "--as composite", "peeler devices".
 std::string_view optionOf(Parameter parameter);
 
-/// Returns a text or error in which options replace the parameters.
+/// Returns a text or error with options in place of the parameters.
 std::string inOptions(const Text& text);
 Error inOptions(const Error& error);
 

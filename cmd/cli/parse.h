@@ -15,8 +15,8 @@
 
 namespace peeler::cmd {
 
-/// All parsers below throw Error (kUsage) with the expected form. The caller must add `where`;
-/// VerbOptions::addText() does so (cmd/cli/arguments.h).
+/// If a text does not have the expected form, all parsers below throw Error (kUsage) with that
+/// form. The caller must add `where`; VerbOptions::addText() does so (cmd/cli/arguments.h).
 
 /// Parses a finite decimal number.
 double parseNumber(std::string_view text);
@@ -42,8 +42,8 @@ glm::dvec3 parseDirection(std::string_view text);
 /// Parses a field of view in degrees, between 0 and 180.
 double parseFov(std::string_view text);
 
-/// Parses "1920x1080" or "1920". Throws, too, if a side exceeds kMostPictureSide or the picture has
-/// more than kMostPixels pixels.
+/// Parses "1920x1080" or "1920". Throws Error (kUsage) if a side exceeds kMostPictureSide or the
+/// picture has more than kMostPixels pixels.
 Size parseSize(std::string_view text);
 
 /// Parses "x,y,w,h" in pixels: a non-empty window whose x and y are not negative.

@@ -24,12 +24,11 @@ class ParsedVerb {
     ParsedVerb& operator=(const ParsedVerb&) = delete;
 
     /// Parses the arguments. Must be called only once. Throws Error (kUsage) if the arguments are
-    /// malformed, or if they contain --help, which would leave nothing to run. Does not access
-    /// files.
+    /// malformed or contain --help. Does not access files.
     void parse(std::vector<std::string> arguments);
 
     const std::string& name() const { return name_; }
-    /// Returns the verb's options and, after parse(), which ones were given.
+    /// Returns the verb's options. After parse(), they know whether they were given.
     const VerbOptions& options() const { return options_; }
 
     /// Runs the verb. May be called only once. Returns the verb's exit code and passes on its

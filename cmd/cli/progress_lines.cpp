@@ -72,7 +72,7 @@ void ProgressLines::bar(const RunProgress& progress) {
 
 void ProgressLines::plain(const RunProgress& progress) {
     const double share = progress.of_stage;
-    // At the end of a stage, the next output shows that it has ended.
+    // The end of a stage needs no line, because the next output shows it.
     if (share >= 1 || secondsSince(last_) < kPlainSeconds ||
         share - last_share_ < kPlainShare - 1e-9)
         return;

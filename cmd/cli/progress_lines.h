@@ -46,7 +46,7 @@ class ProgressLines {
 
     void begin(const RunProgress& progress);
     void update(const RunProgress& progress);
-    /// Shows the current activity, in styles that have such a line.
+    /// Shows the current activity, if the style has a line for it.
     void status(std::string_view text);
 
   private:

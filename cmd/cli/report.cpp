@@ -19,8 +19,8 @@ namespace peeler::cmd {
 
 namespace {
 
-/// The stages of the pipeline, in order. Results list a verb's own stages after them, then the
-/// total.
+/// The stages of the pipeline, in order. Results list these first, then a verb's own stages, then
+/// the total.
 constexpr const char* kStages[] = {"load", "context",   "upload", "count", "capture",
                                    "sort", "composite", "encode", "write"};
 constexpr const char* kTotal = "total";
@@ -43,7 +43,7 @@ Json stagesJson(const StageTimes& times) {
     return json;
 }
 
-/// Returns stops as the shortest decimal that rounds to the same float: −1.4, not −1.399999976.
+/// Returns stops as a number with at most six significant digits: −1.4, not −1.399999976.
 double stopsJson(float stops) {
     return std::stod(stopsText(stops));
 }

@@ -48,19 +48,18 @@ struct RunResult {
     /// The requested output name; "" = nothing was written, or the files have several names.
     std::filesystem::path output{};
     std::uint64_t bytes = 0;  ///< total size of all files written under that name
-    /// The forecast of the file size in bytes, exact or an upper limit; none if the verb makes no
-    /// forecast.
+    /// The forecast of the file size in bytes; none if the verb makes no forecast.
     std::optional<std::uint64_t> forecast_bytes{};
     /// The forecast of the maximum resident bytes; none if the verb makes no forecast.
     std::optional<std::uint64_t> forecast_memory{};
-    /// The files written, one entry each, for verbs that may write several.
+    /// The written files, for verbs that may write several.
     std::optional<std::vector<WrittenFile>> files{};
-    /// Format, up axis and unit of the scene, if its format does not specify the axis and unit.
+    /// The scene's format, up axis and unit, if the format does not specify axis and unit.
     std::string format{}, up{};
     double metres_per_unit = 1;
     std::string engine{};         ///< the engine that found the hits; "" = no rays were traced
     std::string settings_hash{};  ///< peeler:settingsHash; "" = unknown
-    /// GL_RENDERER, taken from the input if the verb does not render; "" = no GL was used.
+    /// GL_RENDERER; copied from the input if the verb does not render; "" = no GL was used.
     std::string renderer{};
     std::string backend{};          ///< "" = no GL rendering
     std::uint64_t peak_memory = 0;  ///< bytes
@@ -70,8 +69,8 @@ struct RunResult {
     void setFile(const std::filesystem::path& file);
     /// Sets the files written under one name. Throws Error (kOutput) if any of them is missing.
     void setFiles(const std::filesystem::path& name, const std::vector<std::filesystem::path>& all);
-    /// Adds a file to the list, which is created if needed. Throws Error (kOutput) if the file is
-    /// missing.
+    /// Adds a written file to `files` and its size to `bytes`. Throws Error (kOutput) if the file
+    /// is missing.
     const WrittenFile& addFile(const std::filesystem::path& file, const std::string& kind = "");
 };
 
@@ -91,18 +90,18 @@ struct PictureResult : RunResult {
     std::optional<int> view{};                ///< index of the view, if there are several
     std::string camera{};                     ///< name of the camera
     std::optional<Normalizing> normalized{};  ///< the transform that --normalize applied
-    bool skipped = false;                     ///< file existed; only its `bytes` are known
+    bool skipped = false;                     ///< the file existed; only its `bytes` are known
     int width = 0, height = 0;                ///< display window
     std::uint64_t layers = 0;
     std::uint64_t fragments_counted = 0, fragments_stored = 0;
-    std::uint64_t fragments_blended = 0;  ///< included in those not stored
+    std::uint64_t fragments_blended = 0;  ///< a part of the fragments not stored
     int samples = 1;                      ///< sub-pixel samples per pixel
     std::string method;
     int passes = 0;
     std::optional<DisplayedAs> display{};  ///< none if the output is not a display picture
 };
 
-/// Fills in a picture's size, layers, fragments and provenance, and the memory used.
+/// Sets the picture's size, layers, fragments, provenance and the memory used.
 void describePicture(const Plan& plan, const Provenance& provenance, PictureResult& result);
 
 /// Returns a run as JSON (cmd/README.md, "JSON"): `input` (`inputs` if several), `output`, `bytes`
@@ -111,15 +110,16 @@ void describePicture(const Plan& plan, const Provenance& provenance, PictureResu
 /// `backend`, `peakMemory` and `milliseconds`. Every stage is listed, with 0 if it did not run.
 Json toJson(const RunResult& run, const Json& findings);
 
-/// Returns {"scale", "middle"}: the normalising transform moves a point p of the file to scale · (p
-/// − middle).
+/// Returns {"scale", "middle"} of the normalising transform, which maps a point p of the file to
+/// scale · (p − middle).
 Json normalizingJson(const Normalizing& by);
 
-/// Returns the members of toJson() that are specific to pictures. `frame` and `time` are present
-/// only in a sequence.
+/// Returns the members of toJson() that only pictures have. `frame` and `time` are present only in
+/// a sequence.
 Json findingsOf(const PictureResult& result);
 
-/// Returns the result for a picture as JSON; if it was skipped, only file, frame and time.
+/// Returns the result for a picture as JSON. A skipped picture has only its file and its number in
+/// the sequence.
 Json toJson(const PictureResult& result);
 
 /// Returns a one-line summary: "out.exr: 24 layers, 7,123,456 fragments, 12.3 MB, 812 ms".

@@ -21,7 +21,7 @@ struct Thresholds {
     std::optional<double> max_color, max_rmse, min_psnr;
 };
 
-/// A threshold that applies, and the value measured.
+/// A threshold that applies to the comparison, with the measured value.
 struct ThresholdResult {
     std::string option, what;
     double limit = 0, found = 0;
@@ -44,7 +44,7 @@ struct Comparison {
     ComparedFile a, b;
     int width = 0, height = 0;     ///< size of the compared window, pixels
     bool by_layer = false;         ///< whether fragments are compared; else composites
-    LayeredDifference difference;  ///< unless by_layer, only `pixels` and `composite` are set
+    LayeredDifference difference;  ///< without by_layer, only `pixels` and `composite` are set
 
     /// Returns the statistics of colour differences to which the thresholds apply.
     const DifferenceStatistics& color() const {

@@ -21,22 +21,20 @@ struct BandUse {
     std::uint64_t layers = 0;  ///< number of layers that the outputs use
 };
 
-/// Returns the memory for bands that have the same arrays as `band`, without anything made from
-/// them.
+/// Returns the memory for bands with the same arrays as `band`, without the arrays made from them.
 BandUse noUseOf(const LayeredImage& band);
 
 /// A function that returns the memory used when bands have `rows` rows.
 using BandUseOf = std::function<BandUse(int rows)>;
 
-/// Returns the maximum bytes for reading `input` in bands of `rows` rows, in addition to those
-/// already resident. `counted` has the picture's fragment counts; null if they have not been
-/// counted.
+/// Returns the maximum bytes for reading `input` in bands of `rows` rows, in addition to the bytes
+/// already resident. `counted` has the picture's fragment counts; null = not counted yet.
 std::uint64_t bandMemory(const LayeredInput& input, int rows, const BandUseOf& use,
                          const DepthComplexity* counted = nullptr);
 
-/// Returns the largest argument for LayeredInput::rowsFor(), up to `most`, that keeps bandMemory()
-/// and resident bytes within the budget. Throws Error (kMemory), with the bytes needed, if even the
-/// fewest rows exceed it.
+/// Returns a band size in bytes, for LayeredInput::rowsFor(): `most`, halved until bandMemory() and
+/// the resident bytes fit into the budget. Throws Error (kMemory), with the bytes needed, if even
+/// the fewest rows do not fit.
 std::uint64_t bandBytesWithin(const MemoryBudget& budget, const LayeredInput& input,
                               std::uint64_t most, const BandUseOf& use);
 

@@ -47,8 +47,7 @@ OutputRequest requestFor(const ExtractOptions& options, const fs::path& path) {
     return output;
 }
 
-/// Throws Error (kUsage) if the path's extension does not fit, Error (kOutput) if the file cannot
-/// be written.
+/// Throws Error (kUsage) if `fits` is false, and Error (kOutput) if the file cannot be written.
 void checkFile(const ExtractOptions& options, const fs::path& path, bool fits,
                const char* extensions) {
     if (!fits) {

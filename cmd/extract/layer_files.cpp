@@ -85,7 +85,7 @@ SinkMemory LayerFiles::memory(const Plan& whole, int rows, std::uint64_t fragmen
         for (std::size_t i = first; i < end; ++i) {
             Plan plan = planOf(whole, layers_[i]);
             // At most one band's rows are compressed at a time, and empty pixels compress to almost
-            // nothing. So this assumes that all fragments lie in full rows.
+            // nothing. So assume that all fragments lie in full rows.
             Window& window = plan.layers.front().data_window;
             const std::uint64_t pixels = plan.layers.front().pixels;  // 0 = not counted yet
             const auto width = static_cast<std::uint64_t>(window.width());
@@ -103,7 +103,7 @@ SinkMemory LayerFiles::memory(const Plan& whole, int rows, std::uint64_t fragmen
         most.bytes = std::max(most.bytes, open.bytes + shared);
         most.pixel_bytes = std::max(most.pixel_bytes, open.pixel_bytes);
     }
-    // The layer being written, and the indices of its fragments while that list grows.
+    // For the layer being written, and for the growing list of its fragments' indices.
     most.pixel_bytes += pixel + 3 * sizeof(std::uint32_t);
     return most;
 }

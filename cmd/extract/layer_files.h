@@ -14,9 +14,8 @@
 namespace peeler::cmd {
 
 /// A writer of selected layers. An .exr is a layered file that holds one layer with all channels,
-/// cropped to the layer's pixels. A .png, .jpg or .tif covers the picture's crop. An open
-/// file holds rows in memory. If the files of all layers do not fit at once, the picture is read
-/// several times.
+/// cropped to the layer's pixels. A .png, .jpg or .tif covers the picture's crop. Open files hold
+/// rows in memory, so their number is limited; for more layers, the picture is read several times.
 class LayerFiles {
   public:
     /// `output.path` is a name that may contain a pattern for the layer's number. Throws Error
@@ -27,9 +26,9 @@ class LayerFiles {
     /// Whether begin() needs the number of fragments in each layer.
     static bool needCounts(const OutputRequest& output);
 
-    /// Whether there are layers left for begin() to open.
+    /// Whether begin() has not yet opened the files of all layers.
     bool left() const { return next_ < layers_.size(); }
-    /// Opens files for the next layers, as many as may be open at a time. `whole` is the plan of
+    /// Opens the files of the next layers, as many as may be open at a time. `whole` is the plan of
     /// the picture, with LayerPlan::pixels if counts are needed. Throws Error (kOutput) if a file
     /// cannot be opened.
     void begin(const Plan& whole);
@@ -42,7 +41,7 @@ class LayerFiles {
     /// Returns the forecast size of a layer's file.
     SizeForecast forecast(const Plan& whole, std::size_t layer) const;
 
-    /// Returns the maximum memory of the files open at the same time, in addition to the band;
+    /// Returns the maximum memory of the files that are open at the same time, besides the band.
     /// `pixel_bytes` is per pixel of a band. Bands have `rows` rows and `fragment_bytes` per
     /// fragment.
     SinkMemory memory(const Plan& whole, int rows, std::uint64_t fragment_bytes) const;

@@ -28,12 +28,12 @@ namespace {
 
 constexpr const char* kPixelTypes[] = {"half", "float", "uint"};
 
-/// The data in the headers, and the findings from reading the layers.
+/// The data in the headers, and facts from reading the layers.
 struct ImageFacts {
     ExrInfo info;
     bool layered = false;
-    std::vector<LayerPlan> layers;         ///< their windows are those in the file
-    std::vector<std::uint64_t> histogram;  ///< number of pixels by their number of fragments
+    std::vector<LayerPlan> layers;         ///< with the windows in the file
+    std::vector<std::uint64_t> histogram;  ///< element n: the number of pixels with n fragments
     std::uint64_t fragments = 0;
     std::optional<PointStatistics> points;  ///< if the camera is known
 
@@ -45,7 +45,7 @@ struct ImageFacts {
     }
 };
 
-/// Reads every layer, so that damage to the file is reported here rather than by a later command.
+/// Reads every layer. This also finds damage to the file.
 void readLayers(OpenedPicture opened, ImageFacts& facts, Reporter& reporter) {
     const std::unique_ptr<LayeredInput> reader = openInput(std::move(opened), reporter);
     facts.info = reader->info();
@@ -59,7 +59,7 @@ void readLayers(OpenedPicture opened, ImageFacts& facts, Reporter& reporter) {
     facts.fragments = complexity.counted();
     facts.histogram = complexity.histogram();
     facts.layers = complexity.layers();
-    // Includes layers that have no pixels.
+    // The file may have layers without pixels.
     facts.layers.resize(std::max(facts.layers.size(), facts.info.plan.layers.size()));
     for (std::size_t k = 0; k < facts.info.plan.layers.size(); ++k)
         facts.layers[k].data_window = facts.info.plan.layers[k].data_window;

@@ -39,7 +39,7 @@ struct Elements {
     }
 };
 
-/// The number of elements that a primitive of n vertices has. Rows are in the order of Topology.
+/// The number of elements in a primitive of n vertices. Rows are in the order of Topology.
 struct TopologyRow {
     std::uint64_t Elements::*kind;
     std::uint64_t (*count)(std::uint64_t vertices);
@@ -98,13 +98,13 @@ std::vector<ExtensionUse> extensionsOf(const Scene& scene) {
     return uses;
 }
 
-/// Facts about a scene, some of which Scene does not contain.
+/// Facts about a scene, including some that Scene does not contain.
 struct SceneFacts {
     Scene scene;
     std::optional<Assumed> assumed;
     Elements elements;
     std::optional<Bounds> box;
-    std::vector<CameraInstance> cameras;  ///< all lists are for the default scene
+    std::vector<CameraInstance> cameras;  ///< of the default scene, as all lists here
     std::vector<std::string> camera_names;
     std::vector<PlacedLight> lights;  ///< without the built-in light
     std::vector<ExtensionUse> extensions;
@@ -118,8 +118,7 @@ SceneFacts gather(const InfoOptions& options) {
     request.appearance = options.appearance;
     request.memory = inheritedBudget();
     request.scene.file = options.file;
-    // The output does not depend on the content of textures, so textures that cannot be decoded are
-    // ignored.
+    // Ignores textures that cannot be decoded, because the output does not depend on their content.
     std::vector<std::string>& ignored = request.scene.reading.ignored_extensions;
     for (const std::string& extension : undecodedImageExtensions())
         ignored.push_back(extension);
@@ -307,8 +306,8 @@ std::string elementsText(const Elements& elements) {
     return text.empty() ? "nothing" : text;
 }
 
-/// Returns the default scene's node tree, indented. Not recursive, because files may nest
-/// arbitrarily deep.
+/// Returns the default scene's node tree, indented. Not recursive, because nodes may be nested to
+/// any depth.
 std::string treeText(const Scene& scene) {
     std::string text;
     std::vector<std::pair<int, std::size_t>> open;  // a stack of nodes and depths
@@ -321,7 +320,7 @@ std::string treeText(const Scene& scene) {
         const auto [index, depth] = open.back();
         open.pop_back();
         const Node& node = scene.nodes[static_cast<std::size_t>(index)];
-        // Limits the indentation; otherwise the text would grow quadratically with depth.
+        // Without a limit, the indentation would make the text grow quadratically with depth.
         text += std::string(2 * std::min<std::size_t>(depth, 40), ' ');
         text += printable(nodeName(scene, static_cast<std::size_t>(index)));
         if (node.mesh >= 0) {

@@ -14,8 +14,8 @@ namespace peeler::cmd {
 /// warnings. Throws Error (kInput) like readSceneFile().
 void printSceneInfo(const InfoOptions& options, Reporter& reporter);
 
-/// Returns the components with six significant digits, so that programs which sum in a different
-/// order print the same text.
+/// Returns the components with six significant digits. Programs that sum in a different order then
+/// print the same text.
 std::string vectorText(const glm::dvec3& v);
 
 Json vectorJson(const glm::dvec3& v);

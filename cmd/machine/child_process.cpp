@@ -55,8 +55,8 @@ sigset_t watchedSignals() {
     return set;
 }
 
-/// Becomes this program in the child process, between fork and exec. Calls only async-signal-safe
-/// functions; does not return.
+/// Runs this program in the child process, after fork. Calls only async-signal-safe functions; does
+/// not return.
 [[noreturn]] void becomeProgram(char* const* arguments, pid_t parent, int out, int err) {
     prctl(PR_SET_PDEATHSIG, SIGTERM);
     if (getppid() != parent) _exit(128 + SIGTERM);  // the parent ended before prctl()
@@ -114,7 +114,7 @@ ChildProcess::~ChildProcess() {
     out_.close();
     err_.close();
     if (process_ <= 0) return;
-    // Sends SIGTERM first and waits, so that the process can remove its temporary files.
+    // SIGTERM first, so that the process can remove its temporary files.
     kill(process_, SIGTERM);
     for (int i = 0; i < 50; ++i) {
         if (waitpid(process_, nullptr, WNOHANG) == process_) return;
@@ -171,7 +171,8 @@ void ChildProcess::signal(int number) const {
 }
 
 SignalFile::SignalFile() {
-    // The parent may have left SIGCHLD ignored, in which case it would never arrive.
+    // If the parent process ignored SIGCHLD, this process inherits that and would never get the
+    // signal.
     std::signal(SIGCHLD, SIG_DFL);
     const sigset_t set = watchedSignals();
     file_ = signalfd(-1, &set, SFD_NONBLOCK | SFD_CLOEXEC);

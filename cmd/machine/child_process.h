@@ -10,9 +10,9 @@
 
 namespace peeler::cmd {
 
-/// A child process that runs this program with other arguments and an empty stdin. Both of its
-/// output streams are read here. The child gets a SIGTERM when this process ends for any reason.
-/// The destructor ends the child if it is still running.
+/// A child process that runs this program with other arguments and an empty stdin. This process
+/// reads its stdout and stderr. The child gets a SIGTERM when this process ends for any reason. The
+/// destructor ends the child if it is still running.
 class ChildProcess {
   public:
     /// Throws Error (kInternal) if the system cannot create another process or pipe.
@@ -48,7 +48,7 @@ class ChildProcess {
     struct Stream {
         int file = -1;
         std::string text;
-        std::size_t most = 0;  ///< maximum number of bytes to keep, the last ones; 0 = all
+        std::size_t most = 0;  ///< number of bytes to keep, from the end; 0 = all
         void read();
         void close();
     };

@@ -58,7 +58,7 @@ fs::path below(const std::string& top, const std::string& path) {
 
 constexpr std::uint64_t kKibi = 1024, kMebi = kKibi * 1024;
 
-/// A limit of this many bytes or more means "no limit", for which cgroup version 1 reports the
+/// A limit of this many bytes or more means "no limit": without one, cgroup version 1 reports the
 /// largest multiple of the page size below 2^63.
 constexpr std::uint64_t kNoLimit = std::uint64_t{1} << 62;
 
@@ -95,7 +95,7 @@ std::optional<std::uint64_t> roundedUp(std::optional<std::uint64_t> quota,
     return *quota / *period + (*quota % *period != 0 ? 1 : 0);
 }
 
-// One reader per kind of file. `folder` is that of a cgroup.
+// Readers for the kinds of limit files. `folder` is a cgroup's folder.
 std::optional<std::uint64_t> bytesIn(const fs::path& folder, const char* file) {
     const auto bytes = numberIn(wordsOf(folder / file), 0);
     return bytes && *bytes < kNoLimit ? bytes : std::nullopt;
@@ -132,7 +132,7 @@ constexpr LimitFile kMemoryFiles[] = {
 
 struct LimitVariable {
     const char* name;
-    /// The number of processors or bytes that the value 1 stands for.
+    /// Processors or bytes per unit of the variable's value.
     std::uint64_t unit;
     /// The limit is multiplied by the first of these variables that is set; empty = not multiplied.
     std::span<const char* const> times;

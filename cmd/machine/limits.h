@@ -33,7 +33,7 @@ class Cgroups {
     // `controllers` is a comma-separated list; "" is the version 2 hierarchy.
     struct Membership {
         std::string controllers;
-        std::string name;  ///< of the process's group
+        std::string name;  ///< the process's group
     };
     struct Mount {
         std::string controllers;  ///< comma-separated, among other mount options
@@ -80,7 +80,7 @@ std::vector<Limit> processorLimits(const LimitSources& sources);
 ///   SLURM_CPUS_ON_NODE), CUE_MEMORY (KiB; OpenCue's reservation)
 std::vector<Limit> memoryLimits(const LimitSources& sources);
 
-/// Returns the smallest limit; if several are equal, the first. Nothing if the list is empty.
+/// Returns the smallest limit, or the first of several equal ones; nothing if the list is empty.
 std::optional<Limit> least(const std::vector<Limit>& limits);
 
 }  // namespace peeler::cmd

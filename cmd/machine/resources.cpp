@@ -18,7 +18,7 @@
 namespace peeler::cmd {
 
 Limit allowedThreads() {
-    // Affinity comes first, so that among equal limits it is the one reported.
+    // least() returns the first of equal limits; report affinity in that case.
     std::vector<Limit> limits{{static_cast<std::uint64_t>(affinityCount()), "CPU affinity"}};
     for (const Limit& limit : processorLimits(processLimitSources()))
         limits.push_back(limit);
@@ -41,11 +41,11 @@ MemoryBudget inheritedBudget() {
 
 namespace {
 
-/// Returns the number of threads, at most `wanted`, that all thread pools together can start. For n
-/// threads, peeler's loops start n − 1, the image libraries and the rasteriser n each, and writing
-/// and the driver's cache one each.
+/// Returns the number of threads per pool, at most `wanted`, for which the system can start all
+/// pools. For n threads, peeler's loops start n − 1, the image libraries and the rasteriser n each,
+/// and writing and the driver's cache one each.
 int startable(int wanted) {
-    static int started = 0;  // a number known to be startable; 0 = none yet
+    static int started = 0;  // the last number found to be startable; 0 = none yet
     if (wanted == started) return wanted;
     constexpr int kPlaces = 3, kOthers = 2;
     const int all = kPlaces * wanted - 1 + kOthers;

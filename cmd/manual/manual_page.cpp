@@ -49,8 +49,8 @@ std::string italic(std::string_view text) {
     return "\\fI" + roffText(text) + "\\fR";
 }
 
-/// Returns escaped text, wrapped, on separate lines. Protects dots with \&: at the start of a line,
-/// a dot would make it a request; at the end, it would end a sentence, after which roff adds space.
+/// Returns escaped text, wrapped. Protects dots with \&, because roff takes a dot at the start of a
+/// line for a request, and adds space after a dot at the end of a line.
 std::string filled(const std::string& roff) {
     std::string text;
     std::istringstream lines(wrapped(roff, 76));
@@ -133,9 +133,9 @@ std::string optionSections(const CommandDescription& command) {
     return (arguments.empty() ? "" : ".SH ARGUMENTS\n" + arguments) + text;
 }
 
-/// Returns the end of the help as roff. It consists of paragraphs and of lines that begin with
-/// spaces. Such a line is either a term and its meaning, separated by two spaces, or is kept
-/// verbatim.
+/// Returns the text at the end of the help as roff. The text consists of paragraphs and indented
+/// lines. An indented line with a gap of two spaces is a term and its meaning; indented lines after
+/// it continue the meaning. Other indented lines are kept verbatim.
 std::string notes(const std::string& footer) {
     std::string text, paragraph, row, meaning, fixed;
     const auto flush = [&] {

@@ -129,7 +129,7 @@ void findExtras(const PosedScene& posed, const ObjectsRequest& request, SceneObj
         int node = 0;
         std::uint32_t inherited = 0;
     };
-    std::vector<Visit> ahead;  // a stack; visits nodes depth first, in draw order
+    std::vector<Visit> ahead;  // a stack: depth first, in draw order
     const std::vector<int> roots = rootsOf(scene.nodes);
     for (auto root = roots.rbegin(); root != roots.rend(); ++root)
         ahead.push_back({*root, 0});

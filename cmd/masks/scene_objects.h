@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The objects of a scene for which masks are made.
+// The objects of a scene, for masks.
 #pragma once
 
 #include <string>

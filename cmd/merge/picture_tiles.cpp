@@ -29,7 +29,7 @@ std::string channelsText(const LayeredImage& image) {
     return text.empty() ? "none" : text.substr(0, text.size() - 2);
 }
 
-/// A property in the header other than scene, settings and camera, as text.
+/// A property in the header, as text. Scene, settings and camera are compared separately.
 struct CommonAttribute {
     const char* name;
     std::string (*text)(const ExrInfo& info);
@@ -61,15 +61,16 @@ constexpr CommonAttribute kOfTiles[] = {
 /// The properties that all elements of a picture must share.
 constexpr CommonAttribute kOfElements[] = {kPrecision};
 
-/// The properties in which tiles may differ, with a warning. The first tile's values are kept.
+/// The properties in which tiles may differ. A difference causes a warning, and the first tile's
+/// value is kept.
 constexpr CommonAttribute kLesserOfTiles[] = {
     {"method", [](const ExrInfo& i) { return i.provenance.method; }},
     {"renderer", [](const ExrInfo& i) { return i.provenance.renderer; }},
     {"version", [](const ExrInfo& i) { return i.provenance.version; }},
 };
 
-/// The properties in which elements may differ, with a warning: elements often, but not always,
-/// show the same moment.
+/// The properties in which elements may differ. A difference causes a warning, because most
+/// elements show the same moment.
 constexpr CommonAttribute kLesserOfElements[] = {kFrame, kTime, kSamples};
 
 /// Returns the differences between two headers in the given properties.
@@ -119,7 +120,7 @@ std::string namesText(const std::vector<Difference>& differences) {
     return text;
 }
 
-/// Adds `first` to the ids in a channel, except to 0, which means none.
+/// Adds `first` to the ids in a channel. Id 0 (none) stays 0.
 void addToIds(LayeredImage& image, const std::string& channel, std::uint32_t first) {
     if (first == 0) return;
     for (FragmentArray& array : image.extra) {
@@ -244,8 +245,8 @@ void PictureTiles::checkCommon(Reporter& reporter) {
     arrays_.color.type = first.info().plan.color_type;
 }
 
-/// Joins the provenance of all elements. Joins their id names, adding equal lists only once, and
-/// sets each element's id offsets.
+/// Sets provenance_. For elements, joins the id names of all files (equal lists only once), and
+/// sets each file's id offsets.
 void PictureTiles::joinProvenance() {
     provenance_ = info().provenance;
     if (parts_ == Parts::kTiles) return;
@@ -325,7 +326,8 @@ int PictureTiles::rowsFor(std::uint64_t bytes) const {
     }
     int rows = window_.height();
     for (const PictureTile& tile : tiles_) {
-        // A tile that fits completely reports its height, which must not limit taller neighbours.
+        // If a whole tile fits, rowsFor() returns its height, which must not limit taller tiles
+        // beside it.
         constexpr int kUsualRows = 128;
         const int fitting = tile.input->rowsFor(bytes / across);
         const bool all_of_it = fitting >= tile.window().height();

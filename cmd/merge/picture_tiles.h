@@ -36,40 +36,41 @@ class PictureTiles {
     /// Whether the picture is divided by pixels or by fragments.
     enum class Parts { kTiles, kElements };
 
-    /// Opens the files. Tiles without fragments count as composites or as layers, like the other
-    /// tiles; if all tiles are empty, `composites_wanted` decides. Throws Error (kInput) if a file
-    /// is not a tile written by peeler, or the tiles do not belong to one picture; warns about
-    /// lesser differences. Elements may come from different scenes, settings and programs, but may
-    /// not be composites. They must share size, precision, channels and, if known, the camera.
-    /// Their ids are renumbered for provenance().
+    /// Opens the files. A tile without fragments is read as a composite or as layers, like the
+    /// other tiles; if no tile has fragments, `composites_wanted` decides. Throws Error (kInput) if
+    /// a file is not a tile written by peeler, or the tiles do not belong to one picture; warns
+    /// about lesser differences. Elements may come from different scenes, settings and programs,
+    /// but must not be composites. They must share size, precision, channels and, if known, the
+    /// camera. Their ids are renumbered, as in provenance().
     PictureTiles(const std::vector<std::filesystem::path>& paths, Parts parts,
                  const LayeredReadOptions& reading, bool composites_wanted, Reporter& reporter);
 
     Kind kind() const { return kind_; }
     const std::vector<PictureTile>& all() const { return tiles_; }
-    /// Returns the headers of the first tile, which represent those of all tiles.
+    /// Returns the headers of the first file.
     const ExrInfo& info() const { return tiles_.front().info(); }
-    /// Returns the provenance of the joined picture. Fields that may differ are kept only if all
-    /// files agree; the names of ids are those of all files.
+    /// Returns the provenance of the first file. For elements, it has the id names of all files,
+    /// and no scene or settings if these differ.
     const Provenance& provenance() const { return provenance_; }
     const Window& window() const { return window_; }  ///< bounding window of all tiles
-    /// Whether opacity is coloured; for elements, in at least one of them.
+    /// Whether opacity is coloured in any of the files.
     bool tinted() const { return arrays_.tinted(); }
     /// Whether two tiles share a pixel.
     bool overlap() const;
     /// Returns a rectangle of the window that no tile covers, if any.
     std::optional<Window> gap() const;
-    /// If all tiles are strips (--tile I/N) with the same N, returns the first missing one; "" =
-    /// none. Needed because the window does not reveal that a strip is missing at the top or
-    /// bottom. Throws Error (kInput) if an attribute peeler:tile is not a strip.
+    /// If all tiles are strips (--tile I/N) with the same N, returns the first missing one, or ""
+    /// if all exist. The window cannot show that a strip is missing at the top or bottom. Throws
+    /// Error (kInput) if an attribute peeler:tile is not a strip.
     std::string missingStrip() const;
 
     /// Returns the number of rows that can be read at once within `bytes`, however the tiles are
     /// arranged.
     int rowsFor(std::uint64_t bytes) const;
     /// Reads the pixels of a window; `band` gets the arrays of the first tile that has layers. If
-    /// tiles disagree, returns a pixel where they do, and `band` is invalid. Elements never
-    /// disagree: their fragments are merged by Z. Throws Error (kInput) if a file is damaged.
+    /// overlapping tiles differ, returns a pixel in which they differ, and `band` is invalid.
+    /// Elements may overlap: their fragments are merged by Z. Throws Error (kInput) if a file is
+    /// damaged.
     std::optional<Window> read(const Window& window, LayeredImage& band);
 
   private:

@@ -8,11 +8,11 @@ namespace peeler::cmd {
 
 class VerbOptions;
 
-/// Declares --variant, without the other appearance options.
+/// Declares only --variant.
 void addVariantOption(VerbOptions& verb, AppearanceOptions& appearance);
 /// Declares --variant, --transmission, --environment and --environment-rotation.
 void addAppearanceOptions(VerbOptions& verb, AppearanceOptions& appearance);
-/// Declares the options that affect baking: --variant, --environment and --environment-rotation.
+/// Declares the options for baking: --variant, --environment and --environment-rotation.
 void addBakedAppearanceOptions(VerbOptions& verb, AppearanceOptions& appearance);
 
 }  // namespace peeler::cmd

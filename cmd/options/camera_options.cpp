@@ -35,9 +35,8 @@ Intrinsics parseIntrinsics(const std::string& text) {
     return {fx, fy, cx, cy};
 }
 
-/// Returns the camera-to-world matrix in glTF's convention for a world-to-camera matrix in
-/// OpenCV's, given as 12 or 16 numbers, row by row. Throws Error (kUsage) if the matrix scales,
-/// mirrors or shears, which a camera's pose must not.
+/// Converts a world-to-camera matrix in OpenCV's convention (12 or 16 numbers, row by row) to a
+/// camera-to-world matrix in glTF's. Throws Error (kUsage) if the matrix scales, mirrors or shears.
 glm::dmat4 parsePose(const std::string& text) {
     constexpr const char* kExpected = "r00,r01,r02,t0,r10,…, the rows of a 3 x 4 or 4 x 4 matrix";
     std::array<double, 16> rows{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1};

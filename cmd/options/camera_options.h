@@ -20,16 +20,16 @@ class VerbOptions;
 
 struct CameraOptions : CameraChoice {
     bool size_given = false;  ///< whether --size is given
-    /// A strip of the crop's rows or, without a crop, of the picture's.
+    /// A strip of rows of the crop or, without a crop, of the picture.
     std::optional<Shard> tile{};
 };
 
-/// Declares --camera, --eye, … --crop. If the verb reads a scene, --up may also name an axis of the
-/// scene file, which is stored in `reading`. All arguments must outlive the parse.
+/// Declares --camera, --eye, … --crop. If `reading` is not null, --up may also name an axis of the
+/// scene file, which is stored there. All arguments must outlive the parse.
 void addCameraOptions(VerbOptions& verb, CameraOptions& options,
                       SceneReadOptions* reading = nullptr);
 
-/// Returns the view like the overload for CameraChoice, then crops it to the tile.
+/// Returns the view of the overload for CameraChoice, cropped to the tile.
 View makeView(const PosedScene& posed, const SceneExtent& extent, const CameraOptions& options);
 
 }  // namespace peeler::cmd

@@ -47,7 +47,7 @@ bool hasPoints(const Scene& scene) {
     });
 }
 
-/// Returns the uncropped view with at most 256 pixels per side.
+/// Returns the view without its crop, scaled down to at most 256 pixels per side.
 View small(View view) {
     constexpr int kSide = 256;
     const double scale =
@@ -61,7 +61,7 @@ View small(View view) {
     return view;
 }
 
-/// Whether the user has chosen the device, by options or by Mesa's environment variables.
+/// Whether the user chose the device, by options or by Mesa's environment variables.
 bool isChosen(const gl::ContextRequest& request) {
     if (request.backend != "auto" || request.device.given()) return true;
     constexpr const char* kMesas[] = {"LIBGL_ALWAYS_SOFTWARE", "GALLIUM_DRIVER"};
@@ -149,8 +149,8 @@ GlRenderer& CaptureJob::openRenderer(const PosedScene& posed) {
         const StageTimer timer(times_, "context");
         session_.context(options_.device);
     }
-    // A different scene, such as the one `check` makes of the faulty places, belongs to this run
-    // only, so the session must not keep it.
+    // The session must not keep a scene that belongs to this run only, such as the scene that
+    // peeler check makes of faulty places.
     const bool is_opened = scene_ && &posed.scene() == &scene_->scene();
     renderer_ = &session_.renderer(options_.device, is_opened ? scene_ : nullptr, posed);
     device_ = session_.context(options_.device).device();

@@ -24,21 +24,21 @@
 
 namespace peeler::cmd {
 
-/// Options that all verbs which capture a scene have.
+/// The options of all verbs that capture a scene.
 struct CaptureJobOptions {
     SceneOptions scene;
     AnimationOptions animation;
     AppearanceOptions appearance;
-    CaptureSettings capture;  ///< as given by the options; each verb adjusts a copy
+    CaptureSettings capture;  ///< as on the command line; each verb adjusts a copy
     gl::ContextRequest device;
     RayEngine engine = RayEngine::kAuto;  ///< for verbs that trace rays
     int threads = 0;
     ReportOptions report;
 };
 
-/// Sets defaults for display pictures that the command line does not override: larger points, and
-/// the studio if the scene has no light. The studio is not used with shadows and cameras at lights,
-/// which need the built-in light.
+/// Sets defaults for display pictures: larger points unless --point-size is given, and the studio
+/// for scenes without lights. Does not use the studio if shadows, unlit shading or a camera at a
+/// light is requested.
 void chooseForEyes(const VerbOptions& verb, const CameraOptions& camera,
                    CaptureJobOptions& options);
 
@@ -68,7 +68,8 @@ class CaptureJob {
     /// regardless of the scene.
     void checkOptions() const;
 
-    /// Reads the scene like OpenedScene(). The returned scene lives as long as the job.
+    /// Reads the scene, and throws, like OpenedScene(). The returned scene lives as long as the
+    /// job.
     const OpenedScene& openScene();
     /// Throws like checkSceneFiles() if one of `outputs`, or the report, would replace a file of
     /// the scene.
@@ -77,61 +78,59 @@ class CaptureJob {
     PosedScene pose();
 
     /// Opens a context and uploads the scene, unless the session already has them. Throws like
-    /// gl::createContext(). Notes software rendering once, unless it was requested.
+    /// gl::createContext(). Prints a note, once per session, if rendering is in software and the
+    /// user did not choose that.
     GlRenderer& openRenderer(const PosedScene& posed);
-    /// Releases the renderer. Closes everything that the session does not keep.
+    /// Releases the renderer, and closes everything that the session does not keep.
     void releaseRenderer();
-    /// Closes the context, even one that was lost, and everything in it.
+    /// Closes the context and everything in it. Also for a lost context.
     void closeContext();
-    /// Returns the open GlRenderer, or null. If the scene did not fit, there may be a context
-    /// without a renderer.
+    /// Returns the open GlRenderer, or null. A context may exist without a renderer, if the scene
+    /// did not fit.
     GlRenderer* renderer() { return renderer_; }
     bool hasContext() const { return session_.hasContext(); }
-    const gl::Device& device() const { return *device_; }  ///< device of the GlRenderer opened last
+    const gl::Device& device() const { return *device_; }  ///< of the GlRenderer opened last
 
-    /// Returns the ray engine of this run, kCpu or kGl. If the engine was not requested, chooses it
-    /// once and reports the choice as a detail.
+    /// Returns the ray engine of this run, kCpu or kGl. If the user did not choose one, the first
+    /// call chooses it and reports the choice as a detail.
     RayEngine chooseEngine();
-    /// Opens the hit source of the engine that chooseEngine() returns: the CPU rasteriser, without
-    /// any GL, or openRenderer(). If one is already open, returns it. Throws like openRenderer().
+    /// Opens the hit source of the engine from chooseEngine(): the CPU rasteriser, without any GL,
+    /// or the GlRenderer. An open GlRenderer is used again. Throws like openRenderer().
     HitSource& openHits(const PosedScene& posed);
-    /// Releases the hit source, of either engine, like releaseRenderer().
+    /// Releases the hit source of either engine.
     void releaseHits();
-    /// After a failure, discards the state that it may have corrupted, and the times, which belong
-    /// to no result.
+    /// Discards state that a failure may have corrupted, and the times of the failed work.
     void discard();
 
-    /// Meters the exposure in stops (ExposureMeter) with the open GlRenderer. Uses a small picture
-    /// of the whole view, regardless of crop and tile, so that tiles and crops get the same
-    /// exposure. That picture has one sample per pixel and is made with the first method. For a
-    /// sequence, meters the beginning, middle and end of the animations, regardless of the
-    /// requested frames, so that all frames get the same exposure. Of several cameras, uses the
-    /// first, middle and last. Leaves the GlRenderer in a different pose. Throws like
-    /// GlRenderer::capture().
+    /// Meters the exposure in stops (ExposureMeter) with the open GlRenderer. Tiles, crops and
+    /// frames of a picture must get the same exposure. So this uses a small picture of the whole
+    /// view and, for a sequence, the beginning, middle and end of the animations. It uses the
+    /// first, middle and last of several cameras, the first method, and one sample per pixel.
+    /// Leaves the GlRenderer in a different pose. Throws like GlRenderer::capture().
     float meterExposure(const CaptureSettings& capture, std::span<const CameraOptions> cameras);
 
     Clock::time_point start() const { return start_; }
-    /// Restarts the clock for the next result's total time.
+    /// Restarts the clock that measures the total time.
     void restartClock() { start_ = Clock::now(); }
     /// Returns the stage times in milliseconds, to which a verb adds its own.
     StageTimes& times() { return times_; }
-    /// Returns times() and the times of the open sources since the last call.
+    /// Returns, and then resets, times() and the times of the open sources.
     StageTimes takeTimes();
 
     /// Returns wantsTint() for the options.
     bool wantsTint(const PosedScene& posed) const;
 
-    /// Returns settingsText() for the opened scene and its appearance. Includes the ray engine,
-    /// once it is chosen, if it is not GL, because the hits of engines differ at edges. `crop` and
+    /// Returns settingsText() for the opened scene and its appearance. Includes the ray engine if
+    /// it is the CPU, because the hits of the engines differ at edges. `crop` and
     /// `frames_per_second` are as in ShownScene.
     std::string settingsText(const CaptureSettings& capture, nlohmann::json more,
                              const Window& crop = {}, double frames_per_second = 0) const;
-    /// Returns settingsHash() with the same arguments.
+    /// Returns settingsHash() for the same settings.
     std::string settingsHash(const CaptureSettings& capture, nlohmann::json more,
                              const Window& crop = {}) const;
 
-    /// Fills in the results common to all verbs: input, engine, device if any, memory, takeTimes(),
-    /// and the total time, measured up to this call.
+    /// Sets the results common to all verbs: input, engine, device, memory, takeTimes(), and the
+    /// total time up to this call.
     void finish(RunResult& result);
 
   private:
@@ -143,7 +142,7 @@ class CaptureJob {
     SharedScene scene_;
     std::optional<gl::Device> device_;
     GlRenderer* renderer_ = nullptr;   ///< owned by the session
-    std::optional<RayEngine> engine_;  ///< kCpu or kGl, once it is chosen
+    std::optional<RayEngine> engine_;  ///< kCpu or kGl; none = not chosen yet
     std::unique_ptr<HitSource> rasterizer_;
 };
 

@@ -23,18 +23,18 @@ void addLayerOptions(VerbOptions& verb, CaptureSettings& capture);
 /// Declares only --method, --faces and --point-size, for verbs that always capture all layers.
 void addAllLayersOptions(VerbOptions& verb, CaptureSettings& capture);
 
-/// Declares --faces for rays. No value = the default, which depends on the verb's other options.
+/// Declares --faces for rays. Without a value, the default depends on the verb's other options.
 void addRayFacesOption(VerbOptions& verb, std::optional<Faces>& faces);
 
-/// Declares --shadows and --shadow-size (texels per side; none = not given).
+/// Declares --shadows and --shadow-size (texels per side).
 void addLightOptions(VerbOptions& verb, CaptureSettings& capture, std::optional<int>& shadow_size);
 
-/// Sets the size of shadow maps if a size is given. Throws Error (kUsage) if it is given without
-/// shadows.
+/// Sets the size of shadow maps if `shadow_size` has a value. Throws Error (kUsage) if it has one
+/// but there are no shadows.
 void setShadowSize(CaptureSettings& capture, const std::optional<int>& shadow_size);
 
 /// Declares --memory (bytes). The default is inheritedBudget() (cmd/machine/resources.h). `remark`
-/// is the part of the help that says how the verb stays within the budget.
+/// is help text: how the verb stays within the budget.
 void addMemoryOption(VerbOptions& verb, MemoryBudget& budget, const std::string& remark);
 
 /// Declares --backend, --device, --require-gpu, --threads and --memory; `memory` is

@@ -25,8 +25,8 @@ void addClipOptions(VerbOptions& verb, ClipOptions& options);
 /// Throws Error (kUsage) if the options contradict each other, regardless of the scene.
 void checkClipOptions(const ClipOptions& options);
 
-/// Returns the clip volume, which includes the named nodes and their visible descendants. Throws
-/// Error (kUsage) if a node does not exist (the message lists those that do) or has no triangles.
+/// Returns the clip volume, including the named nodes and their descendants. Throws Error (kUsage)
+/// if a node does not exist (the message lists the nodes) or shows no triangles.
 ClipVolume clipVolume(const ClipOptions& options, const PosedScene& posed);
 
 }  // namespace peeler::cmd

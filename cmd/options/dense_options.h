@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Options for dense arrays, which hold planes in place of fragment lists.
+// Options for dense arrays, which have planes instead of fragment lists.
 #pragma once
 
 #include "cmd/options/output_options.h"
@@ -10,7 +10,7 @@ namespace peeler::cmd {
 /// --as is given.
 void addDenseOptions(VerbOptions& verb, OutputRequest& output);
 
-/// Throws Error (kUsage) if one of these options is given but the output has no planes.
+/// Throws Error (kUsage) if one of these options is given for an output without planes.
 void checkDenseOptions(const OutputRequest& output, bool has_planes);
 
 }  // namespace peeler::cmd

@@ -25,7 +25,7 @@ std::string plainText(const Value& value) {
     return dumpJson(value);
 }
 
-/// Returns a value as on the command line, where lists are separated by commas.
+/// Returns a value as on the command line: lists are separated by commas.
 std::string listText(const Value& value) {
     if (!value.is_array()) return plainText(value);
     std::string text;
@@ -42,13 +42,13 @@ std::string firstText(const Value& value) {
     return value.is_array() && !value.empty() ? plainText(value.front()) : plainText(value);
 }
 
-/// A setting whose key is not its option's name, or whose value needs explanation.
+/// A setting whose key differs from its option's name, or whose value needs an explanation.
 struct Setting {
     std::string_view key;
     std::string_view option;
-    std::string_view absent = "none";              ///< value without the key
-    std::string (*text)(const Value&) = listText;  ///< null = meaningless to a user
-    std::string_view other = "another value";      ///< for different values with the same text
+    std::string_view absent = "none";              ///< text if the key is absent
+    std::string (*text)(const Value&) = listText;  ///< null = not shown to users
+    std::string_view other = "another value";  ///< text for values that differ but look the same
 };
 
 constexpr Setting kSettings[] = {
@@ -77,7 +77,7 @@ const Setting* findSetting(const std::string& key) {
     return nullptr;
 }
 
-/// Returns the difference in a setting. `here` and `there` are null where the key is absent.
+/// Returns the difference in a setting. `here` or `there` is null if the key is absent.
 Difference settingDifference(const std::string& key, const Value* here, const Value* there) {
     const Setting* known = findSetting(key);
     const Setting setting = known ? *known : Setting{};
@@ -175,7 +175,7 @@ std::vector<Difference> cameraDifferences(const View& here, const View& there) {
     std::vector<Difference> found;
     const auto add = [&](const char* what, bool same, std::string a, std::string b) {
         if (same) return;
-        // Equal texts mean that the values differ only in digits that are not shown.
+        // The values differ only in digits that are not shown.
         if (a == b) a = b = "";
         found.push_back({what, std::move(a), std::move(b)});
     };

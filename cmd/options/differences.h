@@ -14,7 +14,7 @@ namespace peeler::cmd {
 /// A difference between the headers of two pictures.
 struct Difference {
     std::string what;         ///< an option ("--channels") or a phrase ("the camera")
-    std::string here, there;  ///< this picture's value and the other's; both "" if `what` suffices
+    std::string here, there;  ///< this picture's value and the other picture's; "" = see `what`
 
     /// Returns the difference as text: "--channels: normal, not none".
     std::string text() const;
@@ -35,8 +35,8 @@ std::vector<Difference> sizeDifferences(const View& here, const View& there);
 /// Returns the differences between the cameras: name, projection and pose.
 std::vector<Difference> cameraDifferences(const View& here, const View& there);
 
-/// Returns Provenance::settings as a JSON object, null if it is not one. Drops anything nested
-/// deeper than real settings, because it could overflow the stack of recursive code.
+/// Returns Provenance::settings as a JSON object, or null if the text is damaged or nested too
+/// deeply.
 nlohmann::json settingsJson(const Provenance& provenance);
 
 /// Returns the option of peeler render that sets this key of Provenance::settings.

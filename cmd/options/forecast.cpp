@@ -25,18 +25,18 @@ std::string sizeText(const SizeForecast& size) {
     return std::string(kCertainties[static_cast<std::size_t>(size.certainty)]) + ' ' + bytes;
 }
 
-/// The files that will be written to the same disk.
+/// The files for one disk.
 struct DiskShare {
     DiskSpace disk;
     SizeForecast size{};
-    std::uint64_t certain = 0;  ///< bytes of the files whose size is exact
+    std::uint64_t certain = 0;  ///< bytes of the files with exact sizes
     std::string names{};        ///< names for messages: "out.ply", "out.ply and 2 more files"
     std::string contents{};     ///< ForecastFile::contents, if there is only one file
 };
 
 std::vector<DiskShare> sharesOf(const Forecast& forecast, const DiskSpaceOf& disk_of) {
     std::vector<DiskShare> shares;
-    std::vector<std::uint64_t> files;  // number of files, per share
+    std::vector<std::uint64_t> files;  // number of files of each share
     for (const ForecastFile& file : forecast.files) {
         const std::optional<DiskSpace> disk = disk_of(file.path);
         if (!disk) continue;

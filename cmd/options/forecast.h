@@ -27,7 +27,8 @@ struct ForecastFile {
 /// The files that a run, or its next picture, will write.
 struct Forecast {
     std::vector<ForecastFile> files;
-    /// The number of times that such files will be written: the remaining pictures of a sequence.
+    /// The number of times that such files will be written, for the remaining pictures of a
+    /// sequence.
     std::uint64_t times = 1;
 
     /// Returns the total size of the files, not multiplied by `times`.
@@ -36,16 +37,15 @@ struct Forecast {
 
 using DiskSpaceOf = std::function<std::optional<DiskSpace>(const std::filesystem::path&)>;
 
-/// Compares the forecast with the free space, separately for each disk. Warns if it exceeds a tenth
-/// of the free space; otherwise prints a note if it is at least 1 GB or exceeds a hundredth of the
-/// free space, or if `always`. Throws Error (kOutput), before anything is written, if the files
-/// whose size is known exactly do not fit; this ignores `times`, since later pictures may be
-/// smaller. Skips disks whose free space is unknown.
+/// Compares the forecast with the free space of each disk. Warns if the files need more than a
+/// tenth of it. Otherwise prints a note if they need 1 GB or more than a hundredth of it, or if
+/// `always`. Throws Error (kOutput) if the files with exact sizes do not fit; this check ignores
+/// `times`, because later pictures may be smaller. Skips disks whose free space is unknown.
 void reportForecast(const Forecast& forecast, Reporter& reporter, bool always = false,
                     const DiskSpaceOf& disk = diskSpaceOf);
 
-/// Returns an upper estimate of the peak memory of an identical run, given the peak of this one.
-/// The two may differ, because thread scheduling and hence the number of buffers in use vary.
+/// Returns an upper estimate of the peak memory of an identical run, given this run's peak. The
+/// peaks may differ, because the number of buffers in use depends on thread scheduling.
 std::uint64_t repeatedPeak(std::uint64_t peak);
 /// Reports the forecast of a run's maximum resident bytes.
 void reportMemory(std::uint64_t bytes, Reporter& reporter);

@@ -12,7 +12,7 @@
 
 namespace peeler::cmd {
 
-/// The maximum size of a band, in bytes: enough for wide chunks with many layers, yet small
+/// The maximum size of a band, in bytes. Enough for wide chunks with many layers, but small
 /// compared to a render's memory.
 inline constexpr std::uint64_t kBandBytes = std::uint64_t{256} << 20;
 
@@ -43,8 +43,8 @@ void forEachBand(const Window& crop, int rows, StageTimes& times, ProgressReport
     }
 }
 
-/// Iterates over the bands of a file, with only the nearest `max_layers` fragments of every pixel
-/// (0 = all).
+/// Iterates over the bands of a file. Keeps only the nearest `max_layers` fragments of every pixel;
+/// 0 = all.
 template <class Take>
 void forEachBand(LayeredInput& reader, std::uint32_t max_layers, StageTimes& times,
                  ProgressReport& progress, Take&& take, std::uint64_t band_bytes = kBandBytes) {

@@ -18,18 +18,17 @@ class VerbOptions;
 /// the parse.
 void addLayeredOptions(VerbOptions& verb, LayeredReadOptions& options);
 
-/// Throws Error (kUsage) if a part or view is chosen, for verbs whose input turned out to be a
-/// scene.
+/// Throws Error (kUsage) if a part or view is chosen although the input is a scene.
 void refusePictureChoice(const LayeredReadOptions& options);
 
 /// Returns the options for reading a picture that will be written to these files. Sets pixels_only
-/// unless all files are OpenEXR or .safetensors, which have a header and a data window. Skips empty
-/// paths.
+/// unless all files are OpenEXR or .safetensors: other formats have no header and no data window.
+/// Ignores empty paths.
 LayeredReadOptions readingFor(const LayeredReadOptions& options,
                               std::span<const std::filesystem::path> outputs);
 
-/// Calls openLayered(), and reports warnings of the input as they occur. The reporter must outlive
-/// the returned input.
+/// Calls openLayered(). Reports the input's warnings as they occur. The reporter must outlive the
+/// returned input.
 std::unique_ptr<LayeredInput> openInput(const std::string& path, const LayeredReadOptions& options,
                                         Reporter& reporter);
 std::unique_ptr<LayeredInput> openInput(OpenedPicture opened, Reporter& reporter);

@@ -18,7 +18,7 @@
 
 namespace peeler::cmd {
 
-/// The options that all these verbs share; each has its own inputs.
+/// The options shared by these verbs. Each verb adds its inputs.
 struct LayeredRunOptions {
     LayeredReadOptions reading{};
     int threads = 0;
@@ -26,7 +26,7 @@ struct LayeredRunOptions {
     ReportOptions report{};
 };
 
-/// The state of a run, and the common parts of its stages. A verb calls, in this order:
+/// The state of a run, and the common parts of its stages. A verb calls these in order:
 /// checkFiles(), open() or openInput(), forEachBand(), write(), report().
 class LayeredRun {
   public:
@@ -39,8 +39,8 @@ class LayeredRun {
     /// like checkOutput() and checkReport().
     void checkFiles() const;
 
-    /// Calls `open_input(LayeredReadOptions)` with the options that suit the output, and returns
-    /// the result.
+    /// Calls `open_input(LayeredReadOptions)` with reading options for this output. Returns its
+    /// result.
     template <class OpenInput>
     auto open(OpenInput&& open_input) {
         return timed(result.milliseconds, "load",
@@ -55,7 +55,7 @@ class LayeredRun {
         ProgressReport progress(reporter_, stage);
         cmd::forEachBand(plan.view.crop, rows, result.milliseconds, progress, read, take);
     }
-    /// Iterates over the bands of an input, with only the nearest `max_layers` layers; 0 = all.
+    /// Iterates over the bands of an input. Keeps only the nearest `max_layers` layers; 0 = all.
     template <class Take>
     void forEachBand(const Stage& stage, LayeredInput& input, std::uint32_t max_layers,
                      Take&& take) {
@@ -63,10 +63,10 @@ class LayeredRun {
         cmd::forEachBand(input, max_layers, result.milliseconds, progress, take);
     }
 
-    /// Returns the options of an output made from an input with this provenance; the version
-    /// recorded is that of this peeler.
+    /// Returns the options of an output made from an input with this provenance. Records the
+    /// version of this peeler.
     OutputOptions outputOptions(Provenance provenance) const;
-    /// Writes `plan` to a sink; `fill()` writes the bands.
+    /// Writes a picture with the plan `plan` to a sink; `fill()` writes the bands.
     template <class Fill>
     void write(Sink& sink, Fill&& fill) {
         sink.begin(plan);

@@ -29,8 +29,8 @@ class ChosenObjects final : public LayeredInput {
         DepthComplexity complexity(info_.plan.view.crop);
         forEachBand(*this, kBandBytes, [&](const LayeredImage& band) { complexity.addBand(band); });
         Plan& plan = info_.plan;
-        // Assumes that fragments missing from the file belong to the chosen objects, because they
-        // may belong to any.
+        // Fragments missing from the file may belong to any object, so assume that they belong to
+        // the chosen ones.
         const std::uint64_t lacking =
             std::max(plan.fragments_counted, plan.fragments_stored) - plan.fragments_stored;
         plan.layers = complexity.layers();
@@ -64,7 +64,7 @@ class ChosenObjects final : public LayeredInput {
     ExrInfo info_;
 };
 
-/// A kind of id: its channel, the names of its values, and the nouns for it in messages.
+/// A kind of id: its channel, the names of the ids, and nouns for messages.
 struct IdKind {
     const char* channel;
     const std::vector<std::string>& names;
@@ -85,7 +85,7 @@ void sortUnique(std::vector<std::uint32_t>& ids) {
     ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
 }
 
-/// Returns the ids whose names match the globs. A number that matches no name is an id itself.
+/// Returns the ids whose names match the globs. A number that matches no name is an id.
 std::vector<std::uint32_t> idsLike(const std::vector<std::string>& globs, const IdKind& kind,
                                    const char* option, const std::string& path) {
     std::vector<std::uint32_t> ids;
@@ -113,7 +113,7 @@ std::vector<std::uint32_t> idsLike(const std::vector<std::string>& globs, const 
     return ids;
 }
 
-/// Adds the ids of all descendants, if the file has the ids' parents.
+/// Adds the ids of all descendants, if the file has the parents of ids.
 void addBelow(const std::vector<std::uint32_t>& parents, std::vector<std::uint32_t>& ids) {
     std::vector<char> known(parents.size() + 1, 0), inside(parents.size() + 1, 0);
     known[0] = 1;
@@ -121,8 +121,8 @@ void addBelow(const std::vector<std::uint32_t>& parents, std::vector<std::uint32
         if (id < inside.size()) known[id] = inside[id] = 1;
     std::vector<std::uint32_t> way;
     for (std::uint32_t id = 1; id < known.size(); ++id) {
-        // Walks up to an ancestor whose answer is known. If a damaged file has a cycle, its ids
-        // count as outside.
+        // Walks up to an ancestor that is known to be inside or outside. In a cycle, which only a
+        // damaged file has, ids are outside.
         for (std::uint32_t at = id; at < known.size() && !known[at]; at = parents[at - 1]) {
             known[at] = 1;
             way.push_back(at);
@@ -172,7 +172,7 @@ std::unique_ptr<LayeredInput> openChosen(const std::string& path, const LayeredR
                                          const ObjectOptions& options, Reporter& reporter) {
     std::unique_ptr<LayeredInput> input = openInput(path, reading, reporter);
     const ExrInfo& info = input->info();
-    // An empty picture has nothing to choose from.
+    // An empty picture has no objects to choose.
     if (!options.any() || info.plan.layers.empty()) return input;
     const IdNames& names = info.provenance.ids;
     const IdKind objects{"id.object", names.objects, "object", "objects"};
@@ -199,7 +199,7 @@ std::unique_ptr<LayeredInput> openChosen(const std::string& path, const LayeredR
 
     auto chosen = std::make_unique<ChosenObjects>(std::move(input), std::move(selection));
     ExrInfo& chosen_info = chosen->info();
-    // The result is no longer that of a single render with certain settings.
+    // The hash is for a single render; the result is a part of it.
     chosen_info.parts.front().attributes.erase("peeler:outputHash");
     Provenance& provenance = chosen_info.provenance;
     nlohmann::json settings = settingsJson(provenance);
@@ -210,7 +210,7 @@ std::unique_ptr<LayeredInput> openChosen(const std::string& path, const LayeredR
         provenance.settings_hash = hashText(provenance.settings_hash + dumpJson(selected));
     } else {
         nlohmann::json& all = settings["selected"];
-        if (!all.is_array()) all = nlohmann::json::array();  // a damaged file may have anything
+        if (!all.is_array()) all = nlohmann::json::array();  // damaged files may have any type here
         all.push_back(selected);
         provenance.settings = dumpJson(settings);
         provenance.settings_hash = hashText(provenance.settings);

@@ -15,7 +15,7 @@ class VerbOptions;
 
 /// The chosen objects and materials: globs of names, or ids as numbers.
 struct ObjectOptions {
-    std::vector<std::string> include{}, exclude{};  ///< objects: nodes of the scene
+    std::vector<std::string> include{}, exclude{};  ///< objects are nodes of the scene
     std::vector<std::string> materials{};
 
     bool any() const { return !include.empty() || !exclude.empty() || !materials.empty(); }
@@ -25,12 +25,14 @@ struct ObjectOptions {
 void addObjectOptions(VerbOptions& verb, ObjectOptions& options);
 
 /// Returns the file restricted to fragments of the chosen objects, as if nothing else had been
-/// rendered. Keeps objects that match `include`, or all if `include` is empty, but not those that
-/// match `exclude`; an object also matches if a node above it does. Of their fragments, keeps those
-/// with a material in `materials`, if any are given. Counts the layers again, which reads the file
-/// once, and drops the composite. If no option is given, this is openInput(). Throws like
-/// openInput() and LayeredInput::read(). Throws Error (kInput) if fragments have no ids, or if
-/// names are given but the ids have none. Throws Error (kUsage) if nothing has a given name.
+/// rendered. Keeps the objects that match `include` (all if `include` is empty) and do not match
+/// `exclude`. An object also matches if one of its ancestors does. If `materials` is not empty,
+/// keeps only fragments with these materials. Reads the file once to count the layers again, and
+/// drops the composite. Without any of these options, returns the same as openInput().
+///
+/// Throws like openInput() and LayeredInput::read(). Throws Error (kInput) if fragments have no
+/// ids, or if names are given but the ids have no names. Throws Error (kUsage) if no object or
+/// material has a given name.
 std::unique_ptr<LayeredInput> openChosen(const std::string& path, const LayeredReadOptions& reading,
                                          const ObjectOptions& options, Reporter& reporter);
 

@@ -22,8 +22,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Whether both paths refer to the same file. For files that do not exist yet, compares the paths,
-/// with links resolved.
+/// Whether both paths refer to the same file. If a file does not exist yet, compares the paths with
+/// links resolved.
 bool sameFile(const fs::path& a, const fs::path& b) {
     std::error_code failure;
     if (fs::equivalent(a, b, failure)) return true;
@@ -40,7 +40,7 @@ void checkFolderIsThere(const fs::path& folder, const fs::path& file) {
 
 namespace {
 
-/// Does what checkTarget() does for the files that are written beside the output.
+/// Performs the checks of checkTarget() for the files written beside the output.
 void checkFilesBeside(const OutputRequest& output, const std::vector<fs::path>& inputs) {
     const std::vector<std::string> beside = filesBeside(output.path.string(), output.options);
     if (!beside.empty() && isStandardOutput(output.path.string()))
@@ -56,8 +56,8 @@ void checkFilesBeside(const OutputRequest& output, const std::vector<fs::path>& 
     }
 }
 
-/// Throws Error (kUsage) if one of the per-layer files would replace an input, Error (kOutput) if
-/// one exists under --no-clobber.
+/// Throws Error (kUsage) if one of the per-layer files would replace an input. Throws Error
+/// (kOutput) if one exists already, under --no-clobber.
 void checkLayerFiles(const OutputRequest& output, const std::vector<fs::path>& inputs) {
     if (!output.hasFilePerLayer()) return;
     if (isStandardOutput(output.path.string()))

@@ -46,7 +46,8 @@ constexpr Choice<DeepMerge> kDeepMerges[] = {
     {"by-z", DeepMerge::kByZ, "merge samples within --deep-z-tolerance"},
 };
 
-/// Like addValue(), for an option that applies only to some formats; records that it was given.
+/// Like addValue(), for an option that applies only to some formats. Records that the option is
+/// given.
 template <class T, class Parse>
 Option addGiven(VerbOptions& verb, OutputRequest& output, const char* name, const char* value_name,
                 T& target, Parse parse, const std::string& help) {
@@ -59,8 +60,7 @@ Option addGiven(VerbOptions& verb, OutputRequest& output, const char* name, cons
         help);
 }
 
-/// Like addGiven(), for an option whose value is a `name` in a table. The help lists the names with
-/// their summaries.
+/// Like addGiven(), for an option whose value is the `name` of a row. The help lists the rows.
 template <class Row>
 Option addNamed(VerbOptions& verb, OutputRequest& output, const char* option, std::string& target,
                 std::span<const Row> rows, const std::string& kind, const std::string& help,
@@ -260,7 +260,7 @@ void noteDisplay(const PictureResult& result, Reporter& reporter) {
         reporter.note(file + "exposed by " + stopsText(display.exposure) +
                       " stops, found by metering; set --exposure to change it");
     }
-    // Isolated pixels are not worth a note.
+    // No note for a few isolated pixels.
     const auto pixels =
         static_cast<std::uint64_t>(result.width) * static_cast<std::uint64_t>(result.height);
     if (display.alpha_raised_pixels > pixels / 100) {

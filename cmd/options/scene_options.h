@@ -11,14 +11,14 @@ class VerbOptions;
 /// Declares --scene, --include, --exclude, --allow-outside, --strict, --ignore-extension,
 /// --smooth-normals and, unless the verb has its own, --unit. `options` must outlive the parse.
 void addSceneOptions(VerbOptions& verb, SceneOptions& options);
-/// Declares --up for verbs that have no camera. In other verbs, the camera's --up also accepts axes
+/// Declares --up for verbs without a camera. In other verbs, the camera's --up also accepts axes
 /// (addCameraOptions()).
 void addUpOption(VerbOptions& verb, SceneReadOptions& reading);
 /// Declares --unit.
 void addUnitOption(VerbOptions& verb, SceneReadOptions& reading);
 inline constexpr const char* kUpHelp =
     "x, y or z: up axis of a PLY, STL or OBJ, which becomes +Y of the scene (default: y)";
-/// Declares --allow-outside, without the other scene options.
+/// Declares only --allow-outside.
 void addSandboxOption(VerbOptions& verb, bool& allow_outside);
 /// Declares --strict, which turns warnings of readers into errors.
 void addStrictOption(VerbOptions& verb, bool& strict);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs that make several frames or views: handling of existing files, failures and results.
+// Runs that make several frames or views: existing files, failures and results.
 #pragma once
 
 #include <filesystem>
@@ -19,12 +19,12 @@ namespace peeler::cmd {
 
 class VerbOptions;
 
-/// The options of a run over several pictures: treatment of existing files and of failures.
+/// The options of a run that makes several pictures.
 struct SequenceOptions {
     bool skip_existing = false;
     bool keep_going = false;
     bool dry_run = false;
-    std::optional<Shard> chunk{};  ///< the share of all pictures that this run makes
+    std::optional<Shard> chunk{};  ///< the part of all pictures that this run makes
 };
 
 /// Declares --chunk, --skip-existing and --keep-going. `options` must outlive the parse.
@@ -33,32 +33,33 @@ void addSequenceOptions(VerbOptions& verb, SequenceOptions& options);
 /// The number of a picture: its frame, its view, or both.
 struct PictureNumber {
     std::optional<int> frame{};  ///< if the picture is part of a sequence
-    std::optional<int> view{};   ///< index of the view if there are several, from 0
+    std::optional<int> view{};   ///< index from 0, if there are several views
 
     /// Returns "frame 12, view 3"; "" for a single picture.
     std::string text() const;
 };
 
-/// The results of a run's pictures, each reported when it is made, and all together at the end.
+/// The results of a run's pictures. Each is reported when the picture is finished, and all of them
+/// at the end.
 class SequenceResults {
   public:
-    /// `pictures` is the noun for the pictures, "frame" or "view"; "" = there is only one. The
+    /// `pictures` is the noun for the pictures, "frame" or "view"; "" for a single picture. The
     /// reporter must outlive this object.
     SequenceResults(std::string pictures, Reporter& reporter)
         : pictures_(std::move(pictures)), reporter_(reporter) {}
 
     /// Adds the result for a picture; `line` is its summary.
     void add(Json result, const std::string& line);
-    /// Reports that a picture failed while the run continues.
+    /// Reports a failed picture of a run that continues.
     void addFailure(const std::filesystem::path& output, const PictureNumber& number,
                     const Error& error);
 
     bool empty() const { return finished_.empty() && failed_.empty(); }
     int worst() const { return worst_; }  ///< the greatest exit code of a failure; 0 = none
-    /// Returns {"frames": [one result per frame]}, or the same with "views", and "failed" if any
-    /// failed. For a single picture, returns only its result.
+    /// Returns {"frames": [one result per frame]} or {"views": [one result per view]}, with
+    /// "failed" if any failed. For a single picture, returns only its result.
     Json json() const;
-    /// Reports the number of failed pictures, unless it is 0.
+    /// Reports the number of failed pictures if any failed.
     void reportFailures() const;
 
   private:
@@ -69,9 +70,9 @@ class SequenceResults {
 };
 
 /// Calls `make` for each view in [first, end). If `make` throws under --keep-going, calls
-/// `discard`, adds the failure to `results` and continues. `discard` discards the state that the
-/// failure may have corrupted and returns the file that is missing. Rethrows errors of kind kUsage,
-/// because then the whole request is at fault, and without --keep-going all errors.
+/// `discard`, adds the failure to `results` and continues. `discard` discards state that the
+/// failure may have corrupted and returns the path of the missing file. Rethrows all errors without
+/// --keep-going, and always errors of kind kUsage, which concern all views.
 void makeEachView(std::size_t first, std::size_t end, const SequenceOptions& options,
                   SequenceResults& results, const std::function<void(std::size_t)>& make,
                   const std::function<std::filesystem::path(std::size_t)>& discard);

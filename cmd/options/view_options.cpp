@@ -23,7 +23,7 @@ namespace {
 
 constexpr const char* kViewsGroup = "Views";
 
-/// Returns the object id that a node's name contains: 12 for "obj_000012" and "12".
+/// Returns the object id in a node's name: 12 for "obj_000012" and "12".
 std::optional<int> objectId(std::string_view name) {
     if (name.starts_with("obj_")) name.remove_prefix(4);
     int id = 0;
@@ -32,7 +32,7 @@ std::optional<int> objectId(std::string_view name) {
     return whole && id >= 0 ? std::optional(id) : std::nullopt;
 }
 
-/// Throws Error (kUsage) if options are given that apply only to a single camera.
+/// Throws Error (kUsage) if an option is given that applies only to a single camera.
 void refuseLoneCamera(const CameraOptions& camera, const std::string& views) {
     const std::pair<bool, const char*> lone[] = {
         {camera.camera.has_value(), "--camera"},
@@ -49,8 +49,8 @@ void refuseLoneCamera(const CameraOptions& camera, const std::string& views) {
                    "leave one of them out");
 }
 
-/// Throws Error (kUsage) if the view options contradict each other or the camera's, regardless of
-/// the scene.
+/// Throws Error (kUsage) if the view options contradict each other or the camera options,
+/// regardless of the scene.
 void checkViewOptions(const ViewListOptions& options, const CameraOptions& camera) {
     if (options.file && options.count)
         refuse("views come either from a file or from around the scene", "--cameras, --views",
@@ -229,7 +229,7 @@ void ViewList::placeObjects(const Scene& scene) {
     warnOfUnplaced(ever_placed.size());
 }
 
-/// Warns if some views place fewer than `objects` objects.
+/// Warns if some views do not place all of the `objects` objects.
 void ViewList::warnOfUnplaced(std::size_t objects) const {
     const auto lacks = [&](const auto& placed) { return placed.size() < objects; };
     const auto first = std::ranges::find_if(placed_, lacks);

@@ -39,32 +39,31 @@ struct ViewListOptions {
     std::optional<std::filesystem::path> cameras_out;
     bool through_corners = false;  ///< ViewsAround::through_corners, set by presets
 
-    /// Whether a list of views is requested, even if it has only one view.
+    /// Whether --cameras or --views is given, even for a single view.
     bool asked() const { return file || count; }
 };
 
 /// Declares the options in ViewListOptions. `options` must outlive the parse.
 void addViewOptions(VerbOptions& verb, ViewListOptions& options);
 
-/// The views of a run: those in a file, those placed around the scene, or the single view of the
-/// camera options.
+/// The views of a run: from a file, around the scene, or the single view of the camera options.
 class ViewList {
   public:
     /// Checks the options and reads the file. `camera` holds the settings common to all views. All
     /// arguments must outlive the list. Throws Error (kUsage) if the options contradict each other,
-    /// regardless of the scene, and like readCameras(). Reports warnings about the file, which are
-    /// errors if `strict`.
+    /// regardless of the scene. Throws like readCameras(). Reports warnings about the file or, if
+    /// `strict`, throws them as errors.
     ViewList(const ViewListOptions& options, const CameraOptions& camera, bool strict,
              Reporter& reporter);
 
     bool asked() const { return options_.asked(); }
     std::size_t size() const;  ///< at least 1
-    /// Returns the half-open range of views that this run makes. Throws Error (kUsage) if a chunk
-    /// of a single view is requested.
+    /// Returns the half-open range of views that this run makes. Throws Error (kUsage) if there is
+    /// a chunk but no list of views.
     std::pair<std::size_t, std::size_t> part(const std::optional<Shard>& chunk) const;
 
-    /// Throws Error (kUsage) if the name has no number pattern, so that all views would have the
-    /// same name.
+    /// Throws Error (kUsage) if several views would have the same name, because the name has no
+    /// number pattern.
     void checkName(const std::filesystem::path& output) const;
 
     /// Places cameras around the scene, and finds the nodes of the objects that the camera file
@@ -74,18 +73,17 @@ class ViewList {
 
     /// Returns the cameras of all views.
     const std::vector<CameraOptions>& cameras() const { return cameras_; }
-    /// Returns a view's name: the name in the camera file or, if it has none, the number; "" for a
-    /// single view.
+    /// Returns a view's name: its name in the camera file or its number; "" for a single view.
     std::string name(std::size_t index) const { return asked() ? names_[index] : ""; }
     /// Whether any view moves nodes of the scene.
     bool placesObjects() const { return !placed_.empty(); }
-    /// Returns the nodes that a view moves, and their poses.
+    /// Returns the nodes that a view moves, with their poses.
     std::span<const PlacedNode> placed(std::size_t index) const {
         return placed_.empty() ? std::span<const PlacedNode>() : placed_[index];
     }
-    /// Adds the nodes that a view moves, if any, to the view's settings as "placed".
+    /// Adds the nodes that a view moves to its settings, as "placed".
     void addSettings(std::size_t index, nlohmann::json& settings) const;
-    /// Returns the scene in the pose for a view.
+    /// Returns the scene in the pose of a view.
     PosedScene pose(const OpenedScene& scene, double time, std::size_t index) const {
         return scene.at(time, placed(index));
     }

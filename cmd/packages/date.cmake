@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-# read_date(VARIABLE): the seconds since 1970 that packages are dated with, which have to be the same
-# for every build of a commit: SOURCE_DATE_EPOCH, else the commit's, else now.
+# read_date(VARIABLE): sets VARIABLE to the date of the packages, in seconds since 1970. All builds
+# of a commit must have the same date: SOURCE_DATE_EPOCH, else the commit's date, else (outside a git
+# clone) the current time.
 function(read_date variable)
     set(seconds "$ENV{SOURCE_DATE_EPOCH}")
     if(seconds STREQUAL "")

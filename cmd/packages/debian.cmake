@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# Run by cpack before it packs: what Debian wants otherwise than what is installed elsewhere. Each
-# folder below CPACK_TEMPORARY_DIRECTORY is what a package will hold.
+# Changes for Debian packages. cpack runs this file before it packs. Each folder below
+# CPACK_TEMPORARY_DIRECTORY holds the files of one package.
 cmake_minimum_required(VERSION 3.22)
 cmake_policy(SET CMP0011 NEW)
 include(${CMAKE_CURRENT_LIST_DIR}/date.cmake)
@@ -10,7 +10,7 @@ function(run)
 endfunction()
 
 read_date(seconds)
-# CPack dates what it packs with this.
+# CPack uses this as the date of the packed files.
 set(ENV{SOURCE_DATE_EPOCH} ${seconds})
 execute_process(COMMAND env LC_ALL=C TZ=UTC date -R -d @${seconds} OUTPUT_VARIABLE date
     OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
@@ -37,7 +37,7 @@ endforeach()
 
 file(GLOB pages ${program}/share/man/man1/*.1)
 run(gzip -9nf ${pages})
-# zsh and Python look for packages, and for what else is installed, in different folders.
+# zsh and Python have separate folders for files from Debian packages and for local files.
 if(IS_DIRECTORY ${program}/share/zsh/site-functions)
     file(RENAME ${program}/share/zsh/site-functions ${program}/share/zsh/vendor-completions)
 endif()
@@ -45,7 +45,7 @@ file(GLOB python ${usr}/python/usr/lib/python3.*)
 if(python)
     file(RENAME ${python} ${usr}/python/usr/lib/python3)
 endif()
-# The modules of the library are the program's, too.
+# The program uses the modules of the library's package.
 file(REMOVE_RECURSE ${program}/${CPACK_PEELER_MODULES})
 if(NOT CPACK_PEELER_LIBDIR STREQUAL "lib")
     get_filename_component(folder ${program}/${CPACK_PEELER_MODULES} DIRECTORY)
@@ -53,8 +53,8 @@ if(NOT CPACK_PEELER_LIBDIR STREQUAL "lib")
     file(RELATIVE_PATH link ${folder} ${program}/${CPACK_PEELER_LIBDIR}/peeler)
     file(CREATE_LINK ${link} ${program}/${CPACK_PEELER_MODULES} SYMBOLIC)
 else()
-    # Nothing is left of lib.
+    # The folder lib had only the modules.
     file(REMOVE_RECURSE ${program}/lib)
 endif()
-# Whoever builds may keep new files to himself (umask).
+# The umask of the build must not affect the packages.
 run(chmod -R u+rwX,go+rX,go-w ${usr})

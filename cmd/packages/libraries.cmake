@@ -1,18 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
-# What an archive carries for programs of a build, for machines where nothing may be installed. On
-# Debian, whose packages it takes it from. Needs objdump, and what stand_ins.cmake needs.
+# The shared libraries in an archive for machines where nothing can be installed. Runs on Debian,
+# because the libraries come from its packages. Needs objdump and the variables that stand_ins.cmake
+# needs.
 include(${CMAKE_CURRENT_LIST_DIR}/stand_ins.cmake)
 
-# Of the machine: the C library, and GL with all that belongs to a driver.
+# Libraries of the target machine: the C library, and GL with everything that belongs to a driver.
 set(c_library "^(ld-linux|lib(c|m|dl|rt|pthread|resolv|util|mvec)\\.so)")
 set(machines ${c_library} "^lib(GL|EGL|OSMesa|gbm|drm|glapi|X|xcb|wayland|va|vdpau|OpenCL)")
-# What drivers are linked with as well: the machine's come first.
+# Libraries that drivers use, too. The target machine's own copies take precedence.
 set(spare "^lib(stdc\\+\\+|gcc_s|gomp|z|zstd|lzma|bz2|expat)\\.so")
 
 # copy_libraries(LIBRARIES KEPT FOLDER LEFT_OUT EXECUTABLES ... MODULES ...): copies the shared
-# libraries that these files need into FOLDER, those called as `spare` says into FOLDER/spare. Those
-# called as one of the regular expressions LEFT_OUT says stay away, with what only they need.
-# LIBRARIES are where they were, KEPT where they are.
+# libraries that the executables and modules need to FOLDER; those that match `spare` go to
+# FOLDER/spare. Skips libraries that match a regular expression in LEFT_OUT, and libraries that only
+# those need. Sets LIBRARIES to the paths of the originals and KEPT to the paths of the copies.
 function(copy_libraries libraries kept folder left_out)
     file(GET_RUNTIME_DEPENDENCIES ${ARGN} PRE_EXCLUDE_REGEXES ${left_out}
         RESOLVED_DEPENDENCIES_VAR found)

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-# collect_licences(FOLDER FILES...): writes libraries.txt, the Debian packages and versions that FILES
-# are of, and licences/PACKAGE of each into FOLDER, with the licences that these refer to.
+# collect_licences(FOLDER FILES...): writes three things to FOLDER: libraries.txt, the names and
+# versions of the Debian packages that contain FILES; licences/PACKAGE for each package; and the
+# common licences that these refer to.
 function(package_of variable file)
     file(REAL_PATH ${file} real)
     string(REGEX REPLACE "^/usr" "" short ${real})
-    # /lib is a link to /usr/lib, and packages name either.
+    # /lib is a link to /usr/lib, and packages use either name.
     foreach(name ${real} ${short} ${file})
         execute_process(COMMAND dpkg-query -S ${name} OUTPUT_VARIABLE found ERROR_QUIET
             RESULT_VARIABLE failed)
@@ -19,7 +20,7 @@ endfunction()
 
 function(collect_licences folder)
     set(rows)
-    set(packages libc6)  # peeler_decode is linked with its archive.
+    set(packages libc6)  # peeler_decode contains its static library.
     foreach(file IN LISTS ARGN)
         package_of(package ${file})
         list(APPEND packages ${package})
@@ -30,7 +31,7 @@ function(collect_licences folder)
     foreach(package IN LISTS packages)
         execute_process(COMMAND dpkg-query -W -f "\${source:Package} \${source:Version}\n" ${package}
             OUTPUT_VARIABLE version COMMAND_ERROR_IS_FATAL ANY)
-        # With Multi-Arch a package may be there of several architectures.
+        # With Multi-Arch, a package may be installed for several architectures.
         string(REGEX REPLACE "\n.*" "" version "${version}")
         list(APPEND rows "${package}, of Debian's source ${version}\n")
         set(licence /usr/share/doc/${package}/copyright)

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-# Packages for who does not build: `cmake --build build/release --target packages` writes four Debian
-# packages and an archive into build/release/packages.
+# Packages for users who do not build peeler: `cmake --build build/release --target packages` writes
+# four Debian packages and an archive to build/release/packages.
 set(PEELER_MAINTAINER "peeler maintainers <maintainers@peeler.example>" CACHE STRING
     "Who answers for the Debian packages that are made here")
 
-# The program of the archive, which finds its libraries beside it, whatever else there is. The C++
-# library and others that a driver of GL may need in a newer release are the machine's where it has
-# them, and those in lib/spare where it has not. Only the older kind of path (RPATH) counts for the
-# libraries of libraries, too.
+# The program in the archive, which finds its libraries relative to its own folder. A GL driver may
+# need a newer version of some libraries, such as the C++ library: these come from the machine if it
+# has them, otherwise from lib/spare. The path must be an RPATH, because a RUNPATH does not apply to
+# the dependencies of libraries.
 set(portable_path "$ORIGIN/../lib" "/usr/lib/${CMAKE_LIBRARY_ARCHITECTURE}"
     "/lib/${CMAKE_LIBRARY_ARCHITECTURE}" /usr/lib64 /lib64 /usr/lib /lib "$ORIGIN/../lib/spare")
 add_executable(peeler_portable EXCLUDE_FROM_ALL ${PROJECT_SOURCE_DIR}/cmd/main.cpp)
@@ -17,9 +17,9 @@ set_target_properties(peeler_portable PROPERTIES BUILD_WITH_INSTALL_RPATH ON
     INSTALL_RPATH "${portable_path}")
 
 set(packages ${PROJECT_BINARY_DIR}/packages)
-set(packing ${PROJECT_BINARY_DIR}/packing)  # what they are made with
+set(packing ${PROJECT_BINARY_DIR}/packing)  # intermediate files
 set(portable_name ${PROJECT_NAME}-${PROJECT_VERSION}-linux-${CMAKE_SYSTEM_PROCESSOR})
-# What is compiled in of others: their licences go with the archive, too.
+# Other projects' code that is compiled in. The archive contains their licences, too.
 set(portable_sources ${PEELER_FONT} ${GLM_INCLUDE_DIR}/glm/glm.hpp ${XXHASH_INCLUDE_DIR}/xxhash.h
     ${TINYGLTF_INCLUDE_DIR}/tiny_gltf.h)
 foreach(package nlohmann_json CLI11 draco)
@@ -30,7 +30,7 @@ configure_file(${CMAKE_CURRENT_LIST_DIR}/portable_settings.cmake.in
 
 add_custom_target(packages
     COMMAND ${CMAKE_COMMAND} -E rm -rf ${packages}
-    # What is packed has the same modes whatever who builds lets others see of new files.
+    # The umask of the build must not affect the packages.
     COMMAND sh -c "umask 022 && exec \"$@\"" sh
         ${CMAKE_CPACK_COMMAND} -G DEB --config ${PROJECT_BINARY_DIR}/CPackConfig.cmake
     COMMAND ${CMAKE_COMMAND} -E rm -rf ${packages}/_CPack_Packages
@@ -56,11 +56,11 @@ set(CPACK_COMPONENTS_ALL program manual library development)
 if(TARGET peeler_python)
     list(APPEND CPACK_COMPONENTS_ALL python)
 endif()
-# A package of program and manual, and one of every other component.
+# One package for program and manual, and one for each other component.
 set(CPACK_COMPONENTS_GROUPING ONE_PER_GROUP)
 set(CPACK_COMPONENT_PROGRAM_GROUP command)
 set(CPACK_COMPONENT_MANUAL_GROUP command)
-# What Debian wants otherwise than other systems.
+# Changes for Debian packages.
 set(CPACK_PRE_BUILD_SCRIPTS ${CMAKE_CURRENT_LIST_DIR}/debian.cmake)
 set(CPACK_PEELER_LIBDIR ${CMAKE_INSTALL_LIBDIR})
 set(CPACK_PEELER_MODULES ${peeler_module_folder})
@@ -72,7 +72,7 @@ set(CPACK_DEBIAN_PACKAGE_SECTION graphics)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(same_version "(= ${PROJECT_VERSION}-${CPACK_DEBIAN_PACKAGE_RELEASE})")
-# What is not CPack's default would stand before what is said of each package.
+# CPack's default text. CPack would put any other text before the description of each package.
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "${PROJECT_NAME} built using CMake")
 set(synopsis "every layer of a glTF scene, headless")
 set(story "peeler renders all surfaces of a glTF scene under every pixel, hidden ones
@@ -81,7 +81,7 @@ points, on a GPU or in software, without a display.")
 
 set(CPACK_DEBIAN_COMMAND_PACKAGE_NAME peeler)
 set(CPACK_COMPONENT_COMMAND_DESCRIPTION "${synopsis}\n${story}")
-# rays and bake need no GL.
+# GL is only recommended, because rays and bake work without it.
 set(CPACK_DEBIAN_COMMAND_PACKAGE_DEPENDS "libpeeler0 ${same_version}")
 set(CPACK_DEBIAN_COMMAND_PACKAGE_RECOMMENDS "libegl1, libgl1-mesa-dri")
 set(CPACK_DEBIAN_COMMAND_PACKAGE_SUGGESTS libosmesa6)
@@ -92,7 +92,7 @@ set(CPACK_DEBIAN_LIBRARY_PACKAGE_SECTION libs)
 set(CPACK_COMPONENT_LIBRARY_DESCRIPTION "${synopsis} (library)
 ${story}\n.\nThis package holds the shared library, and what it loads when it is needed.")
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_RECOMMENDS "libegl1, libgl1-mesa-dri")
-# CPackDeb's own are of all packages or none, and forget the linker's trigger.
+# CPackDeb can generate shlibs for all packages or for none, and omits the ldconfig trigger.
 file(WRITE ${packing}/shlibs "libpeeler ${PROJECT_VERSION_MAJOR} libpeeler0"
     " (>= ${PROJECT_VERSION}), libpeeler0 (<< ${PROJECT_VERSION_MAJOR}.${next_minor}~)\n")
 file(WRITE ${packing}/triggers "activate-noawait ldconfig\n")
@@ -103,7 +103,7 @@ set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libpeeler-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "${synopsis} (headers and static library)
 ${story}\n.\nThis package holds what programs that use the library are compiled with.")
-# But for the first two: of peeler::static, and what pkg-config asks for.
+# After the first two: the dependencies of peeler::static and of the pkg-config file.
 string(CONCAT CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libpeeler0 ${same_version}, libglm-dev, "
     "libopenexr-dev, libdeflate-dev, libspng-dev, zlib1g-dev, libzstd-dev, libturbojpeg0-dev, "
     "libtinygltf-dev, libmeshoptimizer-dev")
@@ -113,12 +113,12 @@ set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
 set(CPACK_COMPONENT_PYTHON_DESCRIPTION "${synopsis} (Python module)
 ${story}\n.\nThis package holds the module peeler for Python 3, which runs the program:
 layers as arrays of NumPy.")
-# It runs the program, of whatever architecture.
+# The module is pure Python and runs the program.
 set(CPACK_DEBIAN_PYTHON_PACKAGE_ARCHITECTURE all)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS OFF)
 string(CONCAT CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "peeler ${same_version}, python3-numpy, "
     "python3 (>= 3.8~)")
-# Python keeps what it has compiled beside the sources, which dpkg knows nothing of.
+# dpkg does not know the files that Python compiles.
 file(WRITE ${packing}/postinst "#!/bin/sh\nset -e\n"
     "if command -v py3compile > /dev/null; then py3compile -p python3-peeler; fi\n")
 file(WRITE ${packing}/prerm "#!/bin/sh\nset -e\n"

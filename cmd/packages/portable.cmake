@@ -1,16 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
-# cmake -D SETTINGS=FILE -P portable.cmake: packs program, manual and the shared libraries that they
-# need, for machines where nothing may be installed. On Debian, whose packages it takes these from.
+# cmake -D SETTINGS=FILE -P portable.cmake: packs the program, the manual and the shared libraries
+# that they need, for machines where nothing can be installed. Runs on Debian, because the libraries
+# come from its packages.
 cmake_minimum_required(VERSION 3.22)
 include(${SETTINGS})
 include(${CMAKE_CURRENT_LIST_DIR}/date.cmake)
 include(${CMAKE_CURRENT_LIST_DIR}/libraries.cmake)
 include(${CMAKE_CURRENT_LIST_DIR}/licences.cmake)
 
-# What OpenImageIO is linked with for cameras, films, DICOM and HEIF, none of which peeler ever asks
-# it for: 200 libraries, three quarters of what it needs, encoders under the GPL among them.
+# Libraries that OpenImageIO needs for cameras, films, DICOM and HEIF, which peeler does not use.
+# These are 200 libraries, three quarters of all that OpenImageIO needs, including encoders under the
+# GPL.
 set(unused "^lib(opencv_|avcodec|avformat|avutil|swscale|dcm|ofstd|oflog|heif)")
-# A reader of DICOM announces itself when it is loaded.
+# The DICOM library registers itself when it is loaded.
 set(announced "^_ZN10DiRegister[CD][12]Ev$")
 
 set(root ${folder}/${name})
@@ -20,7 +22,7 @@ foreach(component program manual)
         --prefix ${root} OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
 endforeach()
 execute_process(COMMAND ${strip} -o ${root}/bin/peeler ${program} COMMAND_ERROR_IS_FATAL ANY)
-# It is started without its libraries' folder.
+# peeler_decode is started without the path to the libraries.
 execute_process(COMMAND ${objdump} -p ${root}/${modules_folder}/peeler_decode
     OUTPUT_VARIABLE headers COMMAND_ERROR_IS_FATAL ANY)
 if(headers MATCHES "NEEDED +libdraco")
@@ -39,7 +41,7 @@ collect_licences(${root}/share/doc/peeler ${libraries} ${sources})
 file(COPY_FILE ${source}/LICENSE ${root}/share/doc/peeler/LICENSE)
 file(COPY_FILE ${CMAKE_CURRENT_LIST_DIR}/portable_readme.txt ${root}/README.txt)
 
-# The newest C library that any of it asks for.
+# The newest version of the C library that any of the files needs.
 set(newest 0)
 foreach(file IN LISTS kept modules_here ITEMS ${root}/bin/peeler)
     execute_process(COMMAND ${objdump} -p ${file} OUTPUT_VARIABLE headers)
@@ -58,7 +60,8 @@ file(WRITE ${root}/README.txt "${text}")
 
 set(archive ${folder}/${name}.tar.xz)
 read_date(seconds)
-# xz of several threads, which newer ones begin with, packs otherwise than that of one.
+# With one thread, all versions of xz write the same bytes. Newer versions use several threads by
+# default.
 execute_process(COMMAND ${CMAKE_COMMAND} -E env "XZ_OPT=-6 -T1" LC_ALL=C tar -C ${folder} --sort=name
     --format=gnu --owner=0 --group=0 --numeric-owner --mode=u+rwX,go+rX,go-w --mtime=@${seconds}
     -cJf ${archive} ${name} COMMAND_ERROR_IS_FATAL ANY)

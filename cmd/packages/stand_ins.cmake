@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-# make_stand_ins(REGEX NOTHING FOLDER LIBRARIES...): for every shared library called as REGEX says
-# that LIBRARIES are linked with, writes one of that name into FOLDER. It has the symbols that they
-# want of it, so that they can be loaded. Functions called as NOTHING says, a regular expression of
-# mangled names, do nothing; a call of any other ends the program. The libraries themselves are in one
-# of the folders `library_folders`.
+# make_stand_ins(REGEX NOTHING FOLDER LIBRARIES...): writes stand-ins to FOLDER for the shared libraries
+# that match REGEX and that LIBRARIES are linked with. A stand-in has the name of the original and the
+# symbols that LIBRARIES need, so that they can be loaded. Functions whose mangled names match the
+# regular expression NOTHING do nothing; a call of any other function ends the program. The originals
+# must be in one of the folders `library_folders`.
 function(symbols_of variable file option)
-    # Sorted they would be by the order of the language.
+    # Sorted output would depend on the locale.
     execute_process(COMMAND ${nm} -D -S --no-sort --with-symbol-versions ${option} ${file}
         OUTPUT_VARIABLE text COMMAND_ERROR_IS_FATAL ANY)
     string(REGEX MATCHALL "[^\n]+" lines "${text}")
@@ -80,7 +80,7 @@ function(make_stand_ins regex nothing folder)
         if(script)
             set(map -Wl,--version-script=${folder}/${name}.map)
         endif()
-        # There is nothing to debug that would have to be found by a build ID.
+        # Nothing to debug, so no build ID.
         execute_process(COMMAND ${compiler} -shared -fPIC -O1 -s -nostdlib -o ${folder}/${name}
             -Wl,--build-id=none -Wl,-soname,${name} ${map} ${folder}/${name}.cpp -lc
             COMMAND_ERROR_IS_FATAL ANY)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-# The Python package `peeler`, in python/ of the build's folder: a client of `peeler worker` in plain
-# Python. What its functions take is written from the options that the verbs declare.
+# The Python package `peeler`, in python/ of the build folder: a client of `peeler worker` in pure Python.
+# The keywords of its functions come from the options that the verbs declare.
 set(peeler_has_python OFF)
 if(PEELER_PYTHON AND NOT PEELER_SANITIZE)
-    # Debian's Python, whatever other one is first in the path; Python3_EXECUTABLE says otherwise.
+    # Prefers Debian's Python to others in the path, unless Python3_EXECUTABLE is set.
     if(NOT Python3_EXECUTABLE AND EXISTS /usr/bin/python3)
         set(Python3_EXECUTABLE /usr/bin/python3 CACHE FILEPATH "Python that writes the package")
     endif()
@@ -32,7 +32,7 @@ add_custom_command(OUTPUT ${python_package}/__init__.pyi
     COMMENT "Writing ${python_package}" VERBATIM)
 add_custom_target(peeler_python ALL DEPENDS ${python_package}/__init__.pyi)
 
-# Where Debian's Python looks for what is not a part of its packages, and for what is.
+# Debian's Python has separate folders for packages and for local files.
 set(python_folder lib/python3/dist-packages)
 if(CMAKE_INSTALL_PREFIX STREQUAL "/usr/local")
     set(python_folder lib/python${Python3_VERSION_MAJOR}.${Python3_VERSION_MINOR}/dist-packages)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Every layer of a glTF scene, headless, as NumPy arrays."""
 
-# write_stub.py puts the keywords of options where this says **NAME: Options, and functions of verbs at the end.
+# write_stub.py replaces each **NAME: Options by the keywords for options, and appends the functions of verbs.
 from os import PathLike
 from types import TracebackType
 from typing import Any, Callable, Literal, Mapping, Sequence, TypeVar
@@ -270,4 +270,4 @@ def bake_scene(
     progress: Progress | None = ...,
 ) -> dict[str, Any]: ...
 
-# What the verbs of the command line do, from files to files.
+# The verbs of the command line, from files to files.

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Writes the stub of the package: write_stub.py PACKAGE
 
-stub.pyi has what is written by hand; the keywords that are options come from the package's verbs.json.
+stub.pyi is written by hand. The keywords for options come from the package's verbs.json.
 """
 
 import importlib.util
@@ -12,7 +12,7 @@ import sys
 HERE = pathlib.Path(__file__).resolve().parent
 MARK = re.compile(r"^( *)\*\*(\w+): Options,\n", re.MULTILINE)
 
-# Types by what the command line calls the value.
+# Types by the value's name in the command line's help.
 NUMBER, INTEGER, TEXT = "float", "int", "str"
 VALUES = {
     "N": INTEGER, "A": NUMBER, "R": NUMBER, "D": NUMBER, "H": NUMBER, "K": "int | str", "PIXELS": INTEGER, "X": NUMBER, "DB": NUMBER, "MM": NUMBER,
@@ -29,7 +29,7 @@ BY_KEYWORD = {
 
 
 def value_type(keyword, option):
-    """The type of a value, without what it may be besides."""
+    """Returns the type of one value of an option."""
     if not option["value"]:
         return "bool"
     names = [repr(choice) for choice in option["choices"]]
@@ -65,7 +65,7 @@ def parameters(indent, options):
 
 
 def main(package):
-    # The package itself needs NumPy, which a machine that builds may lack.
+    # Does not run the package's __init__.py, which needs NumPy: the build machine may lack it.
     spec = importlib.util.spec_from_file_location(
         "peeler", package / "__init__.py", submodule_search_locations=[str(package)]
     )

@@ -21,7 +21,7 @@ namespace {
 constexpr int kMostBundles = 1'000'000;
 constexpr std::uint64_t kMostDirectionBytes = 256U << 20;
 
-/// Returns a direction of any length as a unit vector. Scales it first, to avoid underflow and
+/// Parses a direction of any length into a unit vector. Scales it first, to avoid underflow and
 /// overflow.
 glm::dvec3 unitDirection(std::string_view text) {
     const glm::dvec3 direction = parseDirection(text), size = glm::abs(direction);

@@ -46,8 +46,8 @@ std::string materialName(const Scene& scene, std::size_t material) {
     return name.empty() ? "material " + std::to_string(material) : name;
 }
 
-/// Sets the attenuation of all materials that match the name glob or index. Throws Error (kUsage)
-/// if no material matches.
+/// Sets the attenuation of all materials with this index or a name that matches the glob. Throws
+/// Error (kUsage) if no material matches.
 void setAttenuation(const Scene& scene, const std::string& glob, double mu,
                     std::vector<double>& attenuation) {
     std::vector<std::string> names;

@@ -17,15 +17,15 @@ class VerbOptions;
 
 /// The requested ray maps and their parameters.
 struct RayMapFlags {
-    std::vector<RayMap> maps;  ///< empty = no maps; hits are written
-    /// Materials, given by name glob or index, and their attenuation per scene unit.
+    std::vector<RayMap> maps;  ///< empty = write hits instead of maps
+    /// Attenuation per scene unit, for materials given by name glob or index.
     std::vector<std::pair<std::string, double>> attenuation;
     std::vector<std::string> parts;  ///< globs of node names
     std::optional<std::pair<double, double>> range;
     bool legend = true;
 };
 
-/// Declares --map, --attenuation, --part and --range. `flags` must outlive the parse.
+/// Declares --map, --attenuation, --part, --range and --legend. `flags` must outlive the parse.
 void addRayMapOptions(VerbOptions& verb, RayMapFlags& flags);
 
 /// Throws Error (kUsage) if the flags contradict each other, regardless of the scene.

@@ -15,15 +15,15 @@ namespace {
 /// The maximum number of solids that messages name; JSON lists all.
 constexpr std::size_t kNamed = 10;
 
-/// Returns the direction of a ray in world space, a unit vector.
+/// Returns the direction of a ray, a unit vector in world space.
 glm::dvec3 directionOf(const Bundle& bundle, const OddRay& ray) {
     if (bundle.parallel()) return bundle.direction();
     const glm::dvec2 at = glm::dvec2(ray.x, ray.y) + bundle.view.sample;
     return glm::normalize(worldPosition(bundle.view, at.x, at.y, 1) - bundle.origin());
 }
 
-/// Returns the position, in world space, of the ray's unmatched hit: an entry without an exit, or
-/// an exit without an entry.
+/// Returns the world-space position of the ray's unmatched hit: an entry without an exit, or an
+/// exit without an entry.
 glm::dvec3 placeOf(const Bundle& bundle, const OddRay& ray) {
     const glm::dvec2 at = glm::dvec2(ray.x, ray.y) + bundle.view.sample;
     return worldPosition(bundle.view, at.x, at.y, ray.z);
@@ -35,7 +35,7 @@ void RayParity::begin(std::span<const Bundle> bundles, std::span<const std::uint
     bundles_.assign(bundles.begin(), bundles.end());
 }
 
-/// Returns a solid's name: "Lid", or "Lid, primitives 0, 2" if the mesh has further solids.
+/// Returns a solid's name: "Lid", or "Lid, primitives 0, 2" if the mesh has other solids, too.
 std::string RayParity::name(const Solid& solid) const {
     std::string text = nodeName(scene_, static_cast<std::size_t>(solid.node));
     const int mesh = scene_.nodes[static_cast<std::size_t>(solid.node)].mesh;
@@ -75,7 +75,7 @@ void RayParity::finish() {
     reporter_.note(verdict(odd));
 }
 
-/// Returns a summary line: "closed: every one of 437,760 rays enters as often as it leaves".
+/// Returns a summary line: "closed: each of 437,760 rays enters as often as it leaves".
 std::string RayParity::verdict(std::size_t odd_solids) const {
     std::uint64_t rays = 0;
     for (const Bundle& bundle : bundles_)

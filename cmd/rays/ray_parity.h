@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Check that rays leave every solid as often as they enter it (--parity).
+// The check that rays leave every solid as often as they enter it (--parity).
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -12,9 +12,9 @@
 
 namespace peeler::cmd {
 
-/// A counter of each ray's hits per solid. finish() warns about solids that a ray hits an odd
-/// number of times, and notes whether all solids are closed. Writes no file. All arguments must
-/// outlive this object.
+/// A counter of each ray's hits per solid. finish() warns of solids that a ray hits an odd number
+/// of times, and notes whether all solids are closed. Writes no file. All arguments must outlive
+/// this object.
 class RayParity : public RayOutput {
   public:
     RayParity(const Scene& scene, const Solids& solids, Reporter& reporter)
@@ -24,7 +24,7 @@ class RayParity : public RayOutput {
     void take(std::size_t bundle, const LayeredImage& band) override { parity_.add(bundle, band); }
     void finish() override;
     bool holds() const { return parity_.holds(); }
-    /// Throws the Error (kInput) for solids that are not closed.
+    /// Throws Error (kInput) with the solids that are not closed. Must not be called if holds().
     [[noreturn]] void fail() const;
     /// Adds "parity" to a result, with an entry for each solid that was hit (cmd/README.md,
     /// "JSON").

@@ -8,7 +8,7 @@
 
 namespace peeler::cmd {
 
-/// Adds "maps", "voxels" and "points" to a result if the run has them (cmd/README.md, "JSON").
+/// Adds the run's "maps", "voxels" and "points", if any, to a result (cmd/README.md, "JSON").
 void addRayResults(const RayResults& results, nlohmann::ordered_json& json);
 
 }  // namespace peeler::cmd

@@ -40,8 +40,8 @@ class BundleSink final : public Sink {
             output->take(bundle_, band);
     }
     void finish() override {}
-    /// Returns the memory of the outputs in addition to the band, of which they process a few rows
-    /// at a time.
+    /// Returns the memory of the outputs besides the band. They process the band a few rows at a
+    /// time.
     SinkMemory memory(const Plan&) const override {
         SinkMemory all{.bytes = kBatchBytes * static_cast<std::uint64_t>(threadCount())};
         for (const auto& output : trace_.outputs) {
@@ -55,25 +55,24 @@ class BundleSink final : public Sink {
     }
 
   private:
-    // Bytes that a thread needs to collect the values of a batch of hits (HitReader).
+    // Bytes per thread for collecting the values of a batch of hits (HitReader).
     static constexpr std::uint64_t kBatchBytes = std::uint64_t{2} << 20;
 
     const RayTrace& trace_;
     std::size_t bundle_;
 };
 
-/// Heap bytes that remain occupied after a bundle while later bundles are traced; measured on the
-/// CPU.
+/// Heap bytes that a bundle leaves occupied while later bundles are traced; measured on the CPU.
 constexpr std::uint64_t kLeftBytes = std::uint64_t{4} << 20;
 
-/// Returns the capture settings for the options, to which outputs add channels.
+/// Returns the capture settings for the options, without the channels that outputs add.
 CaptureSettings traceSettings(const RaysOptions& options) {
     CaptureSettings capture = options.capture;
     capture.faces = options.chosenFaces();
-    // Outputs of --points compute t from the triangle, so they do not need refined hits.
+    // With --points, t is computed from the triangle, so hits need not be refined.
     const bool refine = options.refine && !options.points;
     capture.hit_mode = refine ? HitMode::kRefined : HitMode::kRaw;
-    capture.color_type = PixelType::kFloat;  // not only colours, but also normals
+    capture.color_type = PixelType::kFloat;  // also the precision of normals
     // Camera rays end at the near and far planes; other rays are unbounded.
     capture.depth_clamp = !options.bundles.usesCamera();
     return capture;
@@ -112,14 +111,14 @@ void RayTracer::make(RayTrace& trace) {
     report(trace);
 }
 
-/// Names the output files and checks them. Needs the bundles, because each may have its own
+/// Names the output files and checks them. Needs the bundles, because each of them may have a
 /// picture.
 void RayTracer::nameFiles(RayTrace& trace) const {
     if (options_.writesPictures()) {
         std::vector<int> numbers(trace.bundles.size());
         std::iota(numbers.begin(), numbers.end(), 0);
         OutputRequest output = trace.output;
-        if (trace.view) output.no_clobber = false;  // the caller has already checked that
+        if (trace.view) output.no_clobber = false;  // the caller has already checked it
         trace.files = checkSeries(output, numbers, options_.inputs());
         checkReport(options_.report, trace.files);
     } else if (options_.writesFile()) {
@@ -152,7 +151,7 @@ std::string RayTracer::settingsHash(const RayTrace& trace, const CaptureSettings
 
 std::string RayTracer::hashOf(const RayTrace& trace) const {
     CaptureSettings settings = capture_;
-    settings.channels.clear();  // omitted, because they follow from the requested outputs
+    settings.channels.clear();  // they follow from the outputs
     const Json all = {
         {"scene", hexText(scene_->scene().content_hash)},
         {"settings", settingsHash(trace, settings)},
@@ -197,15 +196,14 @@ std::unique_ptr<RayOutput> RayTracer::makeOutput(const RayTrace& trace) {
     return makeHitOutput(path, hits);
 }
 
-/// Forecasts the memory for capturing a bundle, plus the bytes that previous bundles left (`left`).
+/// Forecasts the memory for capturing a bundle. `left`: bytes that previous bundles left occupied.
 void RayTracer::forecastMemory(const RayTrace& trace, std::size_t bundle, const CapturePlan& plan,
                                std::uint64_t left) {
     memory_forecast_ = std::max({memory_forecast_, repeatedPeak(peakMemory()),
                                  source_->forecastMemory(plan, BundleSink(trace, bundle)) + left});
 }
 
-/// Counts the hits first if an output needs their number, because its header or arrays contain it.
-/// Also forecasts the file sizes.
+/// Counts the hits if an output needs their number before the first hit. Forecasts the file sizes.
 void RayTracer::count(RayTrace& trace) {
     const auto needsHits = [](const auto& output) { return output->needsHits(); };
     if (options_.sequence.dry_run || std::ranges::any_of(trace.outputs, needsHits)) {
@@ -271,8 +269,7 @@ void RayTracer::traceBundles(RayTrace& trace) {
 void RayTracer::report(RayTrace& trace) {
     RunResult result;
     job_.finish(result);
-    // The hash is only in the result: ray files have never contained it, and their bytes must not
-    // change.
+    // Only the result contains the hash, not the ray files, because their bytes must not change.
     result.settings_hash = settingsHash(trace, capture_);
     const std::uint64_t rays = raysOf(trace.bundles);
     result.forecast_memory = memory_forecast_;

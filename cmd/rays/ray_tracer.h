@@ -20,26 +20,27 @@
 
 namespace peeler::cmd {
 
-/// The bundles for one output, and the results.
+/// The bundles of one output, and their results.
 struct RayTrace {
     OutputRequest output;
     std::optional<std::size_t> view{};  ///< index of the view, if each view has its own output
     std::vector<Bundle> bundles{};
-    /// The settings, other than the options, that change hits.
+    /// Settings that change hits, other than the options.
     nlohmann::json settings = nlohmann::json::object();
     std::vector<std::unique_ptr<RayOutput>> outputs{};
-    const RayParity* parity = nullptr;           ///< an entry of `outputs`; null without --parity
+    const RayParity* parity = nullptr;           ///< one of `outputs`; null without --parity
     std::vector<std::filesystem::path> files{};  ///< names of the files to write
-    std::vector<CapturePlan> plans{};   ///< per bundle; empty unless an output needs them first
-    std::vector<std::uint64_t> hits{};  ///< per bundle; empty unless an output needs them first
+    std::vector<CapturePlan> plans{};   ///< per bundle; empty if hits are not counted first
+    std::vector<std::uint64_t> hits{};  ///< per bundle; empty if hits are not counted first
     Forecast forecast{};
     std::uint64_t hits_found = 0;
     double largest_correction = 0;
-    /// Under --parity fail, some ray has an odd number of hits, so no file is written.
+    /// Whether --parity fail found a ray with an odd number of hits. No file is written then.
     bool failed = false;
 };
 
-/// A tracer of one output after another; the scene may change in between. make() lists the stages.
+/// A tracer that makes one output after another. The scene may change in between. make() lists the
+/// stages.
 class RayTracer {
   public:
     /// All arguments must outlive the tracer.
@@ -49,15 +50,14 @@ class RayTracer {
     /// Sets the scene for the following outputs. `scene` must outlive the tracer.
     void setScene(const OpenedScene& scene, const PosedScene& posed);
     const PosedScene& posed() const { return *posed_; }
-    /// Sets the lattice that the bundles are on, for --voxels.
+    /// Sets the lattice of the bundles, for --voxels.
     void setLattice(const AxisBundles& lattice) { lattice_ = lattice; }
 
     /// Returns the hash of everything that determines the content of a view's file.
     std::string hashOf(const RayTrace& trace) const;
-    /// Traces the bundles, and writes and reports the output. Under --dry-run, only reports the
-    /// plan. Throws Error.
+    /// Traces the bundles, writes the output and reports it. In a dry run, only reports the plan.
     void make(RayTrace& trace);
-    /// Discards the state that a failure may have corrupted.
+    /// Discards state that a failure may have corrupted.
     void discard();
 
   private:
@@ -85,9 +85,9 @@ class RayTracer {
     const OpenedScene* scene_ = nullptr;
     std::optional<PosedScene> posed_;
     std::optional<AxisBundles> lattice_;
-    std::unique_ptr<Solids> solids_;     ///< created on demand
+    std::unique_ptr<Solids> solids_;     ///< made when needed
     HitSource* source_ = nullptr;        ///< owned by job_; null until the first output
-    std::uint64_t memory_forecast_ = 0;  ///< bytes, the maximum so far
+    std::uint64_t memory_forecast_ = 0;  ///< bytes; the maximum so far
 };
 
 }  // namespace peeler::cmd

@@ -68,8 +68,8 @@ constexpr const char* kRaysFooter =
     "primitive_ids_before, ..._after (d, n; 0xFFFFFFFF = none), points (n, 3) and directions\n"
     "(d, 3). A surface that a point lies on counts as before it, at distance 0.";
 
-/// Parses a list such as "t_hit,normals", or "all", which is not the name of a column. Returns the
-/// columns in the order of the table; empty = all.
+/// Parses a list of columns such as "t_hit,normals", or "all". Returns the columns in the order of
+/// the table; empty = all.
 std::vector<std::string> parseColumns(const std::string& text) {
     std::vector<std::string_view> names;
     for (const HitColumn& column : hitColumns())
@@ -153,8 +153,8 @@ nlohmann::json bundleJson(const Bundle& bundle) {
             {"sample", {view.sample.x, view.sample.y}}};
 }
 
-/// Throws Error (kUsage) if an output needs solids but not both faces are captured. Both are needed
-/// because a ray enters a solid through a front face and leaves it through a back face.
+/// Throws Error (kUsage) if an output needs solids but not both faces are captured: a ray enters a
+/// solid through a front face and leaves it through a back face.
 void checkFaces(const RaysOptions& options) {
     if (options.asksForInside() && options.chosenFaces() != Faces::kBoth)
         refuse("finding the inside needs both faces of surfaces", "--faces",

@@ -25,7 +25,7 @@ namespace peeler::cmd {
 
 class VerbOptions;
 
-/// The reaction if a ray does not leave a solid as often as it enters it.
+/// The reaction to a solid that a ray does not leave as often as it enters it.
 enum class ParityUse : std::uint8_t { kReport, kFail };
 
 /// All options of peeler rays. Only the variant in `appearance` is used.
@@ -36,24 +36,25 @@ struct RaysOptions : CaptureJobOptions {
     bool double_points = false;
     /// Columns of the hit table, in the order of hitColumns(); empty = all.
     std::vector<std::string> columns;
-    /// A file of query points. If given, the output has the nearest hits before and after each
-    /// point along every direction, instead of all hits.
+    /// A file of query points. If given, the output has the nearest hit before and the nearest hit
+    /// after each point along every direction, instead of all hits.
     std::optional<std::filesystem::path> points;
-    /// The number of cells along the longest side of the lattice.
+    /// Number of cells along the longest side of the lattice.
     std::optional<int> voxels;
     std::optional<ParityUse> parity;
     RayMapFlags maps;
     OutputRequest output;
     SequenceOptions sequence;
 
-    /// Whether an output needs to know the interior of solids.
+    /// Whether an output needs the interior of solids.
     bool asksForInside() const;
-    /// Returns the faces given or, by default, both. For rays through a camera's pixels, the
-    /// default is that of pictures, so that the hits match a picture from the same camera.
+    /// Returns the requested faces, or the default. For a camera's rays, the default is that of
+    /// pictures, so that the hits match a picture from the same camera. If an output needs the
+    /// interior, and for other rays, the default is both.
     Faces chosenFaces() const;
     bool writesFile() const { return !output.path.empty(); }
     bool writesPictures() const { return !maps.maps.empty(); }
-    /// Returns the input files other than the scene's.
+    /// Returns the input files that the options name.
     std::vector<std::filesystem::path> inputs() const;
 };
 
@@ -64,8 +65,7 @@ void addRaysOptions(VerbOptions& verb, RaysOptions& options);
 void checkRaysOptions(const RaysOptions& options);
 
 /// Returns the options that change hits or their outputs, for the settings hash. `bundles` are all
-/// traced bundles, whichever options request them. Omits the content of the --points file, which is
-/// an input, like the scene.
+/// traced bundles. Omits the content of the --points file.
 nlohmann::json raySettings(const RaysOptions& options, std::span<const Bundle> bundles);
 
 /// Throws Error (kMemory) if the data kept for the cells of a lattice exceeds the budget.

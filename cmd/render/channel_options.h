@@ -14,9 +14,9 @@ namespace peeler::cmd {
 
 class VerbOptions;
 
-/// The channels to store besides colour and Z, and where to store the names of ids.
+/// The channels to store besides colour and Z, and the file for the names of ids.
 struct ChannelOptions {
-    std::vector<Channel> channels{};  ///< in the order of channelTable(), each once
+    std::vector<Channel> channels{};  ///< in the order of channelTable(), without duplicates
     bool cryptomatte = false;
     std::optional<std::filesystem::path> manifest{};
 
@@ -26,16 +26,16 @@ struct ChannelOptions {
 /// Declares --channels, --cryptomatte and --manifest.
 void addChannelOptions(VerbOptions& verb, ChannelOptions& options);
 
-/// Returns the channels to capture: the requested ones, and the ids if Cryptomatte needs them.
+/// Returns the channels to capture: the requested ones, and the ids for Cryptomatte.
 std::vector<Channel> capturedChannels(const ChannelOptions& options);
 
-/// Throws Error (kUsage) if the output cannot hold channels, if Cryptomatte is requested but there
-/// is no composite, or if a manifest is requested without ids.
+/// Throws Error (kUsage) if the output cannot hold the channels, if Cryptomatte has no composite,
+/// or if a manifest has no ids.
 void checkChannelOptions(const ChannelOptions& options, const OutputRequest& output);
 
-/// Writes an id manifest: {"object": [{"id", "name", "cryptomatte"}], "material": [the same]},
-/// where "cryptomatte" is the hash of the name, in hexadecimal digits. Throws Error (kOutput) if
-/// writing fails.
+/// Writes an id manifest: {"object": [{"id", "name", "cryptomatte"}], "material": [the same]}.
+/// "cryptomatte" is the hash of the name in hexadecimal digits. Throws Error (kOutput) if writing
+/// fails.
 void writeIdManifest(const std::filesystem::path& path, const IdNames& names);
 
 }  // namespace peeler::cmd

@@ -12,8 +12,8 @@ namespace peeler::cmd {
 
 namespace {
 
-/// Returns the vertical field of view, in degrees, of a square picture with this focal length (in
-/// picture widths).
+/// Returns the vertical field of view, in degrees, of a square picture. `widths` is the focal
+/// length in picture widths.
 double fovOfFocalLength(double widths) {
     return 2 * std::atan(0.5 / widths) * 180 / std::numbers::pi;
 }

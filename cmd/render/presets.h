@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Presets of options, for the loaders of common data sets.
+// Presets of options for the loaders of common data sets.
 #pragma once
 
 #include <optional>
@@ -12,7 +12,7 @@ namespace peeler::cmd {
 /// Declares --preset.
 void addPresetOption(VerbOptions& verb, std::optional<std::string>& preset);
 
-/// Applies the preset, if any, to options that are not on the command line.
+/// Applies the preset, if any, to the options that are not given.
 void applyPreset(const VerbOptions& verb, RenderOptions& options);
 
 }  // namespace peeler::cmd

@@ -30,8 +30,8 @@ std::string outputEndings() {
     return endings;
 }
 
-/// Restricts the capture to shadow casters, for an output that shows only them. Throws Error
-/// (kUsage) if options request other fragments.
+/// Restricts the capture to shadow casters, for a shadow map. Throws Error (kUsage) if options
+/// request other fragments.
 void chooseCasters(CaptureSettings& capture) {
     const CaptureSettings usual;
     if (capture.max_layers != usual.max_layers || capture.surfaces != usual.surfaces ||
@@ -47,8 +47,8 @@ void chooseCasters(CaptureSettings& capture) {
     capture.shading = Shading::kUnlit;
 }
 
-/// Chooses the channels to capture. If a composite needs channels, the writer makes it from layers.
-/// Throws Error (kUsage) if the output cannot have channels.
+/// Chooses the channels to capture. For a composite with channels, the capture keeps the layers,
+/// and the writer composites them. Throws Error (kUsage) if the output cannot have channels.
 void chooseChannels(const RenderOptions& options, CaptureSettings& capture) {
     checkChannelOptions(options.channels, options.output);
     capture.channels = capturedChannels(options.channels);

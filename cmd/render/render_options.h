@@ -23,8 +23,8 @@ class VerbOptions;
 
 /// All options of peeler render. captureSettings() adapts `capture` to the output.
 struct RenderOptions : CaptureJobOptions {
-    std::vector<std::filesystem::path> scenes;  ///< files, folders, and globs of files
-    CameraOptions camera;                       ///< with several views: their common settings
+    std::vector<std::filesystem::path> scenes;  ///< files, folders and globs
+    CameraOptions camera;                       ///< the common settings if there are several views
     ViewListOptions views;
     ChannelOptions channels;
     ClipOptions clip;
@@ -34,10 +34,10 @@ struct RenderOptions : CaptureJobOptions {
     std::optional<std::string> preset;
     OutputRequest output;
     ShardOptions shard;
-    std::shared_ptr<SampleShards> shards;  ///< null without shards; shared by all scenes
+    std::shared_ptr<SampleShards> shards;  ///< shared by all scenes; null without shards
     SequenceOptions sequence;
 
-    /// Whether `scenes` is a single file, not a folder or glob.
+    /// Whether `scenes` is a single file.
     bool isOneScene() const;
 };
 
@@ -48,8 +48,8 @@ void addRenderOptions(VerbOptions& verb, RenderOptions& options);
 inline constexpr int kDisplaySamples = 4;
 
 /// Returns the capture settings for the requested output. Display composites get kDisplaySamples
-/// unless --samples is given or FXAA is used, which smooths the edges instead. Throws Error
-/// (kUsage) if the options contradict each other, regardless of the scene.
+/// unless --samples or --fxaa is given. Throws Error (kUsage) if the options contradict each other,
+/// regardless of the scene.
 CaptureSettings captureSettings(const RenderOptions& options);
 
 }  // namespace peeler::cmd

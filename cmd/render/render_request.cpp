@@ -27,13 +27,13 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Returns the kind of an OpenEXR file written by peeler, as a value of --as.
+/// Returns the value of --as for an OpenEXR file written by peeler.
 std::string kindOf(const ExrInfo& info) {
     if (isLayered(info)) return info.deep.empty() ? "ldi" : "deep";
     return info.parts.front().channel("R") ? "composite" : "midpoint-depth";
 }
 
-/// Whether an OpenEXR file is complete but has been modified since it was written.
+/// Whether an OpenEXR file is complete but was modified after it was written.
 bool hasChanged(const std::string& path) {
     try {
         const ExrFiles files(path);
@@ -45,7 +45,7 @@ bool hasChanged(const std::string& path) {
     }
 }
 
-/// Returns the differences between a picture and the headers of its existing OpenEXR file.
+/// Returns the differences between a picture and its existing OpenEXR file, from the headers.
 std::vector<Difference> headerDifferences(const PictureRequest& picture,
                                           const OutputOptions& output) {
     const std::string path = picture.output.path.string();
@@ -110,7 +110,7 @@ void RenderRequest::openScene() {
                        capture_.shading != Shading::kUnlit && !scene_->at(0).lights().empty();
 }
 
-/// Chooses the pictures to make, from the options and the camera file. Does not need the scene.
+/// Chooses the pictures to make, from the options and the camera file, without the scene.
 void RenderRequest::choosePictures() {
     const std::optional<Shard>& chunk = options_.sequence.chunk;
     if (chunk && !isSequence())
@@ -186,8 +186,7 @@ PictureNumber RenderRequest::number(std::size_t index) const {
     return number;
 }
 
-/// Returns the output of a picture. Unless isSequence(), the output keeps the given name, even if
-/// the name contains number patterns.
+/// Returns the output of a picture. If the run is not a sequence, number patterns stay in the name.
 OutputRequest RenderRequest::outputOf(std::size_t index) const {
     OutputRequest output = options_.output;
     output.path = fileOf(number(index));
@@ -210,7 +209,7 @@ fs::path RenderRequest::firstFile(std::size_t view) const {
     if (hasFrames()) number.frame = moments_.front().frame;
     fs::path file = fileOf(number);
     if (!options_.shards) return file;
-    // A picture in a shard has no path of its own. The camera file refers to it by name only.
+    // A picture in a shard has no path of its own, so the camera file has only its name.
     return options_.views.cameras_out->parent_path() / file.filename();
 }
 
@@ -225,7 +224,7 @@ PictureRequest RenderRequest::picture(std::size_t index) const {
     picture.view = views_.view(*scene_, *picture.posed, view(index));
     picture.capture = capture_;
     picture.capture.clip = clipVolume(options_.clip, *picture.posed);
-    // The capture of shadow casters has no coloured opacity.
+    // Shadow casters have no coloured opacity.
     picture.capture.tinted = !picture.capture.opaque_only && job_.wantsTint(*picture.posed);
     if (options_.channels.wants(Channel::kMotion)) {
         const PosedScene next = views_.pose(*scene_, moment.next_time, view(index));
@@ -326,7 +325,7 @@ nlohmann::ordered_json RenderRequest::plan() const {
         entry["method"] = asked.provenance.method;
         entry["samples"] = asked.capture.samples;
         const OutputOptions output = writerOptions(asked);
-        if (output.outcome) {  // if it is a display picture
+        if (output.outcome) {  // only for display pictures
             entry["toneMap"] = output.tone_map;
             entry["exposure"] = meters_exposure_ ? nlohmann::ordered_json()
                                                  : nlohmann::ordered_json(output.exposure);

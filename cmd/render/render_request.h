@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The pictures that peeler render is asked for, prepared without a GL context.
+// The pictures of a peeler render run, prepared without a GL context.
 #pragma once
 
 #include <filesystem>
@@ -19,12 +19,12 @@ namespace peeler::cmd {
 
 /// A picture to render.
 struct PictureRequest {
-    std::size_t index = 0;  ///< index among all pictures, including those of other chunks
+    std::size_t index = 0;  ///< among all pictures that this run makes
     PictureNumber number{};
     double time = 0;  ///< seconds
     OutputRequest output{};
     std::optional<PosedScene> posed{};
-    std::optional<NextFrame> next{};  ///< if the motion channel is requested
+    std::optional<NextFrame> next{};  ///< only for the motion channel
     View view{};
     CaptureSettings capture{};
     Provenance provenance{};  ///< `renderer` is not set
@@ -34,25 +34,26 @@ struct PictureRequest {
 class RenderRequest {
   public:
     /// Checks the options. All arguments must outlive this object. Throws Error (kUsage) if the
-    /// options are invalid, Error (kOutput) if an output cannot be written or would replace a file
-    /// that must not be replaced.
+    /// options are invalid. Throws Error (kOutput) if an output cannot be written or would replace
+    /// a file under --no-clobber.
     RenderRequest(const RenderOptions& options, CaptureJob& job, Reporter& reporter);
 
-    /// Opens the job's scene and places the cameras in it. Checks that no output replaces an input.
-    /// Must be called before the functions below. Throws Error (kUsage), (kInput), (kOutput).
+    /// Opens the job's scene, checks that no output replaces one of its files, and places the
+    /// cameras. Must be called before the functions below. Throws like CaptureJob::openScene(),
+    /// CaptureJob::checkOutputs() and ViewList::place().
     void openScene();
 
     const Scene& scene() const { return scene_->scene(); }
     bool hasFrames() const { return options_.animation.frames.has_value(); }
     bool hasViews() const { return views_.asked(); }
     bool isSequence() const { return hasFrames() || hasViews(); }
-    /// Returns what each picture of a sequence is called ("view" or "frame"); "" if it is not a
-    /// sequence.
+    /// Returns the noun for the pictures of a sequence, "view" or "frame"; "" for a single picture.
     const char* pictureKind() const { return hasViews() ? "view" : hasFrames() ? "frame" : ""; }
     std::size_t pictures() const { return end_ - first_; }  ///< 0 if there are too many chunks
 
     PictureNumber number(std::size_t index) const;
-    /// Return the view and the file of a view's first picture, even if this run does not render it.
+    /// Return the view and file of the first picture of a view, even if this run does not render
+    /// it.
     View firstView(std::size_t view) const;
     std::filesystem::path firstFile(std::size_t view) const;
     /// Returns the file of a picture or, if pictures go into shards, the common name of the shards.
@@ -60,29 +61,29 @@ class RenderRequest {
         return options_.shards ? options_.shards->name() : outputOf(index).path;
     }
     const std::optional<Normalizing>& normalized() const { return scene_->normalized(); }
-    /// Returns the cameras of all views, including those that this run does not render.
+    /// Returns all views, including those that this run does not render.
     const ViewList& views() const { return views_; }
-    /// Returns the picture with this index, with the scene posed at its time. Throws Error (kUsage)
-    /// and (kInput) like ViewList::view().
+    /// Returns the picture with this index, with the scene posed at its time. Throws like
+    /// ViewList::view().
     PictureRequest picture(std::size_t index) const;
-    /// Whether to meter the exposure. True for display pictures of a scene with lights of its own,
-    /// if no exposure is given.
+    /// Whether to meter the exposure: for display pictures of scenes with lights, unless --exposure
+    /// is given.
     bool metersExposure() const { return meters_exposure_; }
-    /// Returns the options for a picture's writer, including the provenance. If the exposure is
-    /// metered, it is not set.
+    /// Returns the options for a picture's writer, including the provenance. A metered exposure is
+    /// not set yet.
     OutputOptions writerOptions(const PictureRequest& picture) const;
     /// Whether the picture's file exists, is complete, and was made by the same request. Under
-    /// --strict, always false if layers are limited, because only counting shows whether the
-    /// picture is complete.
+    /// --strict, always false if layers are limited, because only counting shows whether fragments
+    /// are left out.
     bool isUpToDate(const PictureRequest& picture) const;
 
-    /// Returns the known differences between an outdated file and the picture, worded in terms of
-    /// the command line: clauses joined by semicolons.
+    /// Returns the known differences between an outdated file and the picture, as clauses joined by
+    /// semicolons. The clauses name command-line options.
     std::string differenceOf(const PictureRequest& picture) const;
 
     /// Returns the plan for --dry-run (cmd/README.md, "JSON").
     nlohmann::ordered_json plan() const;
-    /// Returns the index of the first picture that such a plan would render, if any.
+    /// Returns the index of the first picture with the action "render" in a plan, if any.
     static std::optional<std::size_t> firstOf(const nlohmann::ordered_json& plan);
 
   private:

@@ -27,15 +27,15 @@ namespace fs = std::filesystem;
 
 constexpr const char* kShardsGroup = "Shards";
 
-/// Returns the default file extension of an output kind: that of the first format of this kind.
+/// Returns the file extension of the first output format of this kind.
 std::string usualExtension(const std::string& kind) {
     for (const OutputFormat& format : outputFormats())
         if (kind.empty() || format.kind == kind)
             return std::string(format.extensions.front().substr(1));
-    return "exr";  // the kind is unknown, which --as refuses elsewhere
+    return "exr";  // unknown kinds are refused elsewhere
 }
 
-/// Returns the file name of a sample, in which {stem} and {folder} are not replaced yet.
+/// Returns the file name of a sample, with {stem} and {folder} still in it.
 std::string sampleName(const RenderOptions& options) {
     const std::string asked =
         options.shard.sample.value_or(usualExtension(options.output.options.as));
@@ -169,7 +169,7 @@ void SampleShards::add(const PictureRequest& picture, PictureResult& result) {
     result.sample = key(file);
     std::vector<SampleFile> members;
     for (const std::string& each : files) {
-        // Removes the key, which leaves a suffix such as ".npy" or "_ldi.npz".
+        // The rest after the key is a suffix such as ".npy" or "_ldi.npz".
         const std::string name = fs::path(each).filename().string();
         members.push_back({name.substr(result.sample.size() + 1), each});
     }
@@ -187,7 +187,7 @@ void SampleShards::add(const PictureRequest& picture, PictureResult& result) {
     const TarShards::Stored stored = shards_->add(result.sample, about, members);
     result.output = stored.shard;
     result.bytes = stored.bytes;
-    std::error_code failure;  // ignored, because the files are removed with the folder anyway
+    std::error_code failure;  // ignored: the folder is removed anyway
     for (const std::string& each : files)
         fs::remove(each, failure);
 }

@@ -63,8 +63,8 @@ std::vector<fs::path> scenesNamed(const fs::path& name) {
     return scenes;
 }
 
-/// Returns an output's name with {stem} and {folder} replaced. In a sample key, underscores replace
-/// characters that would end it or look like a number pattern.
+/// Returns an output's name with {stem} and {folder} replaced. In a sample's name, underscores
+/// replace characters that would end the key or look like a number pattern.
 fs::path named(const fs::path& output, const fs::path& scene, bool is_sample = false) {
     std::array<std::pair<std::string, std::string>, 2> places = {{
         {"{stem}", scene.stem().string()},
@@ -95,10 +95,10 @@ bool RenderOptions::isOneScene() const {
 
 std::vector<RenderOptions> eachScene(const RenderOptions& options) {
     std::vector<RenderOptions> each;
-    std::map<fs::path, fs::path> scene_of;  // the scene that writes an output
+    std::map<fs::path, fs::path> scene_of;  // the scene of each output
     const auto take = [&](const fs::path& file, const fs::path& scene, const std::string& option) {
         const auto [other, is_new] = scene_of.emplace(file, scene);
-        if (is_new || other->second == scene) return;  // conflicts within one scene are found later
+        if (is_new || other->second == scene) return;  // conflicts within a scene are found later
         refuse("the files of " + other->second.string() + " and " + scene.string() +
                    " would have the same file name",
                option, "put {stem} (the scene's name) or {folder} (its folder's name) into it");
@@ -119,7 +119,7 @@ std::vector<RenderOptions> eachScene(const RenderOptions& options) {
                 cameras = named(*cameras, scene);
                 take(*cameras, scene, "--cameras-out " + options.views.cameras_out->string());
             }
-            if (!options.isOneScene()) {  // because all scenes share one report
+            if (!options.isOneScene()) {  // all scenes share one report
                 one.report.json = false;
                 one.report.file.reset();
             }

@@ -10,8 +10,8 @@
 
 namespace peeler::cmd {
 
-/// A sink that forwards bands and collects points. It keeps every n-th fragment rather than random
-/// ones, so that the same picture always gives the same points.
+/// A sink that forwards bands and collects points. Takes every n-th fragment, not random ones, so
+/// that equal pictures give equal points.
 class UsedCameras::PointTaker final : public Sink {
   public:
     PointTaker(std::unique_ptr<Sink> next, std::size_t most, std::vector<ScenePoint>& points)
@@ -67,7 +67,7 @@ UsedCameras::UsedCameras(std::filesystem::path path, std::size_t pictures)
 
 void UsedCameras::add(const View& view, const std::filesystem::path& picture) {
     FileCamera camera = fileCamera(view, view.camera_name);
-    // Camera files refer to pictures by a path relative to the camera file.
+    // Camera files contain the pictures' paths relative to the camera file.
     const std::filesystem::path folder = std::filesystem::absolute(path_).parent_path();
     camera.picture = std::filesystem::absolute(picture).lexically_relative(folder).string();
     cameras_.push_back(std::move(camera));

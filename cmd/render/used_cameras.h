@@ -12,7 +12,8 @@
 
 namespace peeler::cmd {
 
-/// The maximum number of points in a model; each picture of the run contributes an equal share.
+/// The maximum number of points in a model. Each picture of the run contributes at most an equal
+/// share.
 inline constexpr std::size_t kMostScenePoints = 100'000;
 
 /// A collector of the views' cameras, and of points from the pictures' fragments.
@@ -21,10 +22,10 @@ class UsedCameras {
     /// `pictures` is the number of pictures in the run. Throws like checkCameraOutput().
     UsedCameras(std::filesystem::path path, std::size_t pictures);
 
-    /// Adds a view, and the file of its picture.
+    /// Adds a view and the file of its picture.
     void add(const View& view, const std::filesystem::path& picture);
-    /// Returns a sink that collects points and forwards the bands to `sink`; just `sink` if the
-    /// camera format has no points. This object must outlive the returned sink.
+    /// Returns a sink that collects points and forwards the bands to `sink`. Returns `sink` itself
+    /// if the camera format has no points. This object must outlive the returned sink.
     std::unique_ptr<Sink> watched(std::unique_ptr<Sink> sink);
     /// Writes the camera file. Throws like writeCameras().
     void write() const;

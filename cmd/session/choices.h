@@ -29,17 +29,17 @@ std::vector<std::string_view> choiceNames(std::span<const Choice<T>> choices) {
     return names;
 }
 
-/// Throws Error (kUsage) because `text` is not among `names`. `kind` is the noun in the message:
+/// Throws Error (kUsage): `text` is not one of `names`. `kind` is the noun in the message, such as
 /// "method".
 [[noreturn]] void refuseName(const std::string& kind, std::string_view text,
                              std::span<const std::string_view> names);
 
 /// Returns the names in a comma-separated list, in the list's order. Throws like refuseName() if
-/// one is not among `names`.
+/// the list contains other names.
 std::vector<std::string_view> listedNames(const std::string& kind, std::string_view list,
                                           std::span<const std::string_view> names);
 
-/// Returns the value that a name stands for. Throws like refuseName() if the name is unknown.
+/// Returns the value of a name. Throws like refuseName() if the name is unknown.
 template <class T>
 T choose(const std::string& kind, std::span<const Choice<T>> choices, std::string_view text) {
     for (const auto& choice : choices) {

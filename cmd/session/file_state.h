@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The state of a file, which reveals whether the file has changed.
+// The state of a file, to detect changes.
 #pragma once
 
 #include <cstdint>
@@ -12,8 +12,8 @@ struct FileState {
     std::filesystem::path path;
     bool exists = false;
     std::uint64_t device = 0, inode = 0, size = 0;
-    std::int64_t modified = 0;  ///< nanoseconds of mtime
-    std::int64_t changed = 0;   ///< nanoseconds of ctime, which programs cannot choose
+    std::int64_t modified = 0;  ///< mtime in nanoseconds
+    std::int64_t changed = 0;   ///< ctime in nanoseconds, which programs cannot set
 
     bool operator==(const FileState&) const = default;
 };

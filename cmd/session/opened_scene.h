@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scene that was read for a request.
+// A scene that has been read for a request.
 #pragma once
 
 #include <optional>
@@ -18,8 +18,8 @@ namespace peeler::cmd {
 /// A scene that is read once and can be posed at any time.
 class OpenedScene {
   public:
-    /// Reads the file; selects the scene, the nodes and the animations; reports the reader's
-    /// warnings. Throws like loadScene(), chooseScene(), selectNodes() and chooseAnimations().
+    /// Reads the file, selects the scene, nodes and animations, and reports the reader's warnings.
+    /// Throws like loadScene(), chooseScene(), selectNodes() and chooseAnimations().
     OpenedScene(const SceneRequest& request, Reporter& reporter);
 
     const Scene& scene() const { return scene_; }
@@ -27,20 +27,20 @@ class OpenedScene {
     int index() const { return index_; }
     /// Returns the indices of the animations that play.
     const std::vector<int>& animations() const { return playing_; }
-    /// Returns the transform of --normalize, if requested.
+    /// Returns the transform of --normalize, if given.
     const std::optional<Normalizing>& normalized() const { return normalized_; }
-    /// Returns the values assumed for properties that the file's format does not specify; nothing
-    /// if it specifies all.
+    /// Returns the values assumed for properties that the file's format does not specify, or
+    /// nothing if it specifies all.
     const std::optional<Assumed>& assumed() const { return assumed_; }
 
-    /// Returns the scene at a time, in seconds. Keeps the latest result for reuse. This object must
-    /// outlive the returned one. Not thread-safe.
+    /// Returns the scene at a time in seconds. Keeps the latest result for reuse. This object must
+    /// outlive the returned scene. Not thread-safe.
     PosedScene at(double time) const;
-    /// Returns the scene at a time, with some nodes placed elsewhere. Throws like placeNodes().
+    /// Returns the scene at a time, with some nodes moved. Throws like placeNodes().
     PosedScene at(double time, std::span<const PlacedNode> placed) const;
 
-    /// Returns the extent to be framed by a camera that has no pose. For animated scenes, it covers
-    /// all times. Not thread-safe.
+    /// Returns the extent that a camera without a pose frames. For animated scenes, the extent
+    /// covers all times. Not thread-safe.
     const SceneExtent& extent() const;
 
   private:

@@ -15,14 +15,14 @@ struct Stage {
     Stage(const char* stage_name) : Stage(std::string(stage_name)) {}
 
     std::string name;
-    double end;  ///< the share of the run that is done after this stage; 1 = all
+    double end;  ///< share of the run that is done after this stage; 1 = all
 };
 
-/// The share of a run that is allotted to a count pass before the main pass.
+/// The share of a run's progress for a count pass before the main pass.
 inline constexpr double kCountEnd = 0.3;
 
-/// A progress report for one stage, which begins at construction and ends at destruction. Each
-/// stage starts at the share of the run where the previous one ended.
+/// A progress report for one stage, which begins at construction and ends at destruction. In the
+/// run, each stage starts where the previous one ended.
 class ProgressReport {
   public:
     /// The reporter must outlive this object.
@@ -38,7 +38,7 @@ class ProgressReport {
   private:
     Reporter& reporter_;
     Stage stage_;
-    double begin_;  ///< the share of the run that was done before this stage
+    double begin_;  ///< share of the run that was done before this stage
 };
 
 }  // namespace peeler::cmd

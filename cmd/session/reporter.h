@@ -17,10 +17,10 @@ using Json = nlohmann::ordered_json;
 
 enum class Severity : std::uint8_t {
     kDetail,   ///< progress of the work, for --verbose
-    kNote,     ///< interesting to a person, but not to a script
+    kNote,     ///< interesting to people, but not to scripts
     kHint,     ///< advice, possibly in several lines
     kWarning,  ///< a result may differ from the user's expectation
-    kError,    ///< the run, or this part of it, fails
+    kError,    ///< the run or a part of it fails
 };
 
 /// The style of progress output.
@@ -33,8 +33,8 @@ struct RunProgress {
     double of_run = 0;       ///< 0 to 1, never decreasing
 };
 
-/// The receiver of everything that a run reports. The command line prints it; the worker forwards
-/// it. Each Reporter must be used by only one thread.
+/// The receiver of everything that a run reports. The command line prints it, and the worker
+/// forwards it. Each Reporter must be used by only one thread.
 class Reporter {
   public:
     Reporter() = default;
@@ -47,21 +47,21 @@ class Reporter {
     void hint(const Text& text) { message(Severity::kHint, text); }
     void warning(const Text& text) { message(Severity::kWarning, text); }
     void error(const Text& text) { message(Severity::kError, text); }
-    /// Reports a note about the whole run. Repeated calls with the same text do nothing.
+    /// Reports a note about the whole run. Does nothing if the same note was already reported.
     void noteOnce(const std::string& text) {
         if (noted_.insert(text).second) note(text);
     }
 
     /// Reports an error that ends the run or one of its pictures, and the error's hint.
     virtual void failure(const Error& error) = 0;
-    /// Reports the requested result as JSON. Throws Error (kOutput) if it cannot be written.
+    /// Reports the result of --json. Throws Error (kOutput) if it cannot be written.
     virtual void result(const Json& result) = 0;
-    void result(std::string_view) = delete;  // because the text would be converted to a JSON string
-    /// Reports the result as human-readable text. Throws like result().
+    void result(std::string_view) = delete;  // would convert the text to a JSON string
+    /// Writes a result as human-readable text. Throws like result().
     virtual void text(std::string_view text) = 0;
 
-    /// Begins a stage, to which progress() refers until endStage(). An exception from progress()
-    /// cancels the work.
+    /// Begins a stage. Until endStage(), progress() refers to this stage. An exception from
+    /// progress() cancels the work.
     virtual void beginStage(const RunProgress& /*progress*/) {}
     virtual void progress(const RunProgress& /*progress*/) {}
     /// Reports the current activity in a few words: "frame 3, 3 of 24".

@@ -19,7 +19,8 @@ namespace {
 
 constexpr std::string_view kAxes = "xyz";
 
-/// Returns, for every node, whether its name matches one of the globs. Throws like nodesMatching().
+/// Returns a mark for each node: 1 if its name matches one of the globs. Throws like
+/// nodesMatching().
 std::vector<char> matching(const Scene& scene, const std::vector<std::string>& globs,
                            const char* option) {
     std::vector<char> result(scene.nodes.size(), 0);
@@ -66,14 +67,14 @@ std::size_t variantNamed(const Scene& scene, const std::string& text) {
     throw Error(ErrorKind::kUsage, "unknown variant", "--variant " + text, hint);
 }
 
-/// The value of --environment for no environment: only the scene's own lights.
+/// The value of --environment that means no environment.
 constexpr const char* kNoEnvironment = "none";
 
 bool hasEnvironment(const AppearanceOptions& appearance) {
     return appearance.environment && appearance.environment != kNoEnvironment;
 }
 
-/// Returns the environment's rotation in degrees without full turns, so that 360 equals 0.
+/// Returns the environment's rotation in degrees without full turns.
 double turn(const AppearanceOptions& appearance) {
     return std::remainder(appearance.environment_rotation.value_or(0), 360.0);
 }

@@ -12,8 +12,8 @@ namespace peeler::cmd {
 
 namespace {
 
-/// Returns the states of all files that determine the scene. If the reader warned, a file may have
-/// been missing, so the scene's folder is included, whose state changes when the file appears.
+/// Returns the states of all files that determine the scene. If the reader warned, a file may be
+/// missing; the folder is included then, because its state changes when the file appears.
 std::vector<FileState> statesOf(const SceneRequest& request, const Scene& scene) {
     std::vector<FileState> states{fileState(request.scene.file)};
     for (const std::filesystem::path& file : scene.files)
@@ -31,8 +31,8 @@ bool areUnchanged(const std::vector<FileState>& files) {
                                [](const FileState& file) { return file == fileState(file.path); });
 }
 
-/// Whether all files had been unchanged for a while when reading began. Needed because file-system
-/// clocks are coarse: a file that was just written may change again with the same time stamp.
+/// Whether all files had been unchanged for a while when reading began. File-system clocks are
+/// coarse, so a file that was just written may change again without a new time stamp.
 bool areSettled(const std::vector<FileState>& files, std::chrono::system_clock::time_point begin) {
     constexpr std::chrono::milliseconds kWhile{100};
     const std::chrono::nanoseconds latest = (begin - kWhile).time_since_epoch();
@@ -84,15 +84,15 @@ SharedScene Session::open(const SceneRequest& request) {
 
 GlRenderer& Session::renderer(const gl::ContextRequest& device, const SharedScene& scene,
                               const PosedScene& posed) {
-    // A pointer to the scene that keeps the OpenedScene alive.
+    // shares ownership with the OpenedScene
     const std::shared_ptr<const Scene> shown(scene, scene ? &scene->scene() : nullptr);
     GlRenderer& renderer = gl_.renderer(device, shown, scene ? scene->index() : 0, posed);
     evict();
     return renderer;
 }
 
-/// Evicts the oldest renderers and scenes while the kept bytes exceed the limit. Never evicts the
-/// most recent scene and renderer, because a run is using them.
+/// Evicts the oldest renderers and scenes while the kept bytes exceed the limit. Keeps the most
+/// recent scene and renderer, which a run is using.
 void Session::evict() {
     const auto bytes = [this] {
         std::uint64_t sum = gl_.uploadedBytes();

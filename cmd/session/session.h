@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Session: opens scenes and GL contexts for successive runs, and keeps them for reuse.
+// A session: scenes and GL contexts that successive runs reuse.
 #pragma once
 
 #include <cstdint>
@@ -20,16 +20,17 @@ namespace peeler::cmd {
 
 using SharedScene = std::shared_ptr<const OpenedScene>;
 
-/// Throws Error (kUsage) if a GL device is chosen although the engine does not use GL.
+/// Throws Error (kUsage) if a GL device is chosen for an engine that does not use GL.
 void checkEngine(RayEngine engine, const gl::ContextRequest& device);
 
-/// A cache of scenes and contexts for successive runs. A run with an equal request reuses the
-/// scene, which is still uploaded, if the file is unchanged and had not been written just before it
-/// was read. A Session must be used by only one thread, on which its contexts are current.
+/// A cache of scenes and contexts for successive runs. A run with an equal request uses the same
+/// scene, which is still uploaded, unless the file has changed or was written just before it was
+/// read. A Session must be used by only one thread, on which its contexts are current.
 class Session {
   public:
     /// `keep` is the maximum number of bytes, in scenes and their uploads, to keep between runs; 0
-    /// = keep nothing, not even contexts. The reporter must outlive the session or be replaced.
+    /// = keep nothing, not even contexts. The reporter must live until the session ends or
+    /// setReporter() is called.
     explicit Session(Reporter& reporter, std::uint64_t keep = 0);
     Session(const Session&) = delete;
     Session& operator=(const Session&) = delete;
@@ -38,8 +39,8 @@ class Session {
     /// Sets the reporter for the following runs.
     void setReporter(Reporter& reporter) { reporter_ = &reporter; }
 
-    /// Returns the scene, which is read or taken from the cache. Reports the reader's warnings in
-    /// both cases. Throws like OpenedScene().
+    /// Returns the scene, from the file or the cache. Reports the reader's warnings in both cases.
+    /// Throws like OpenedScene().
     SharedScene open(const SceneRequest& request);
 
     /// Returns the context for a device. Throws like GlSession::context().
@@ -48,24 +49,25 @@ class Session {
     bool findGpu(std::string& reasons) { return gl_.findGpu(reasons); }
 
     /// Returns a renderer in the device's context, with the scene of `posed` uploaded and in that
-    /// pose. If `scene` is null, the session does not own the scene, which must then outlive the
-    /// run. Throws like GlSession::renderer().
+    /// pose. If `scene` is null, the caller owns the scene and must keep it during the run. Throws
+    /// like GlSession::renderer().
     GlRenderer& renderer(const gl::ContextRequest& device, const SharedScene& scene,
                          const PosedScene& posed);
 
-    /// Ends the current run's use of the renderer. Closes everything that is not kept.
+    /// Ends the current run's use of the renderer. Closes everything that the session does not
+    /// keep.
     void release();
-    /// Closes the context and everything uploaded to it. Needed after a context was lost, and after
-    /// a failed run, which may leave GL objects in any state.
+    /// Closes the context and everything uploaded to it. Must be called after a lost context and
+    /// after a failed run, which may leave GL objects in any state.
     void close() { gl_.close(); }
-    /// Closes all scenes and contexts that are kept. Returns whether there were any.
+    /// Closes all kept scenes and contexts. Returns whether there were any.
     bool forget();
 
   private:
     struct KeptScene {
         SceneRequest request;
         SharedScene scene;
-        std::vector<FileState> files;  ///< states of the files when they were read
+        std::vector<FileState> files;  ///< when they were read
         std::uint64_t bytes = 0;       ///< approximate resident size
     };
 

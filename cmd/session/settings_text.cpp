@@ -22,8 +22,8 @@ nlohmann::json clipJson(const ClipVolume& clip) {
 
 std::string settingsText(const ShownScene& shown, const CaptureSettings& capture,
                          const nlohmann::json& more) {
-    // nlohmann::json sorts keys and prints the fewest digits that round-trip, so the text is
-    // canonical.
+    // The text is canonical: nlohmann::json sorts keys and prints the fewest digits that
+    // round-trip.
     nlohmann::json settings = {
         {"scene", shown.scene},
         {"layers", capture.max_layers},
@@ -32,8 +32,7 @@ std::string settingsText(const ShownScene& shown, const CaptureSettings& capture
         {"shading", nameOf<Shading>(kShading, capture.shading)},
         {"precision", nameOf<PixelType>(kPrecisions, capture.color_type)},
     };
-    // These are added only if set, so that pictures without them keep the hashes they had before
-    // the settings existed.
+    // Added only if set, so that pictures without these settings keep their hashes.
     if (!shown.animations.empty()) settings["animations"] = shown.animations;
     if (!shown.include.empty()) settings["include"] = shown.include;
     if (!shown.exclude.empty()) settings["exclude"] = shown.exclude;

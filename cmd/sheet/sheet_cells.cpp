@@ -127,7 +127,7 @@ void SheetCells::addLayer(const LayeredImage& band, Pending& cell) const {
             if (band.count(pixel) <= cell.layer) continue;
             ++cell.fragments;
             const std::size_t fragment = band.offsets[pixel] + cell.layer;
-            // Depths are averaged as if they were premultiplied colours, with coverage as alpha.
+            // Averages depths like premultiplied colours, with coverage as alpha.
             const float z = band.z[fragment];
             row[x] = settings_.show == SheetShow::kDepth ? tinted({z, z, z, 1})
                                                          : tintedColorOf(band, fragment);
@@ -145,10 +145,10 @@ void SheetCells::findRange(const LayeredImage& band) {
     }
 }
 
-/// Converts depth times coverage to grey times coverage. The nearest depth becomes white, the
-/// farthest nearly black.
+/// Converts depth times coverage to grey times coverage. The nearest depth is white, the farthest
+/// nearly black.
 void SheetCells::showDepth(CompositeImage& picture) const {
-    constexpr float kFarthestGrey = 0.06F;  // sRGB-encoded, so that steps are perceptually even
+    constexpr float kFarthestGrey = 0.06F;  // sRGB-encoded, for perceptually even steps
     const float range = farthest_ - nearest_;
     for (std::array<float, 4>& pixel : picture.rgba) {
         const float coverage = pixel[3];

@@ -28,15 +28,15 @@ enum class SheetShow {
 struct SheetCell {
     std::string label, detail;  ///< two lines of text
     CompositeImage picture;     ///< linear, premultiplied; the window starts at (0, 0)
-    /// The error of an approximate composite, compared with the exact one.
+    /// The error of an approximate composite, relative to the exact one.
     DifferenceStatistics error;
     bool has_error = false;
-    int passes = 0;  ///< geometry passes, if the cell shows a method; else 0
+    int passes = 0;  ///< geometry passes of the cell's method; 0 = not a method's cell
 };
 
 struct SheetSettings {
     SheetShow show = SheetShow::kColor;
-    bool progression = false;  ///< composites of the nearest 1, 2, … layers instead of the layers
+    bool progression = false;  ///< show composites of the nearest 1, 2, … layers
     int most_cells = 24;
     int cell_width = 320;  ///< pixels; smaller pictures keep their size
     bool meters = false;   ///< whether to meter the exposure
@@ -50,12 +50,12 @@ std::string errorText(const DifferenceStatistics& error);
 
 /// Adds all rows of a band to a filter.
 void addRows(const CompositeImage& band, BoxFilter& filter);
-/// Sets the colours of a picture, whose window must be set, to the filtered pixels.
+/// Sets the colours of a picture to the filtered pixels. The picture's window must be set.
 void setColors(const std::vector<BoxFilter::Pixel>& pixels, CompositeImage& picture);
 
-/// A sink that makes cells from layers: the composite and every layer, front to back; or the
+/// A sink that makes cells from layers: either the composite and every layer, front to back, or the
 /// composites of the nearest 1, 2, … layers. If there are more cells than the limit, omits the
-/// deepest layers or, of the composites, those just before the last.
+/// deepest layers, or the composites before the last one.
 class SheetCells : public Sink {
   public:
     explicit SheetCells(const SheetSettings& settings) : settings_(settings) {}
@@ -69,22 +69,22 @@ class SheetCells : public Sink {
     /// Returns the cells. Valid after finish().
     std::vector<SheetCell>& cells() { return finished_; }
     std::uint32_t omitted() const { return omitted_; }  ///< number of cells over the limit
-    /// Returns the meter, which has metered the composite if the settings request it.
+    /// Returns the exposure meter. It has metered the composite if the settings request that.
     const ExposureMeter& meter() const { return meter_; }
 
   private:
     /// A cell in progress.
     struct Pending {
-        std::uint32_t layer = 0;  ///< layer index; if `composites`, the number of nearest layers
+        std::uint32_t layer = 0;  ///< layer index; or number of nearest layers if `composites`
         bool composites = false;
-        std::uint64_t fragments = 0;  ///< number of fragments that the cell shows
+        std::uint64_t fragments = 0;  ///< shown in the cell
         BoxFilter filter;
         DifferenceStatistics error;
     };
 
     void addCell(std::uint32_t layer, bool composites);
     bool hasComposite(const Plan& plan) const;
-    /// Returns the number of cells that there would be without the limit.
+    /// Returns the number of cells without the limit.
     std::uint32_t cellsOf(const Plan& plan) const;
     void addComposite(const LayeredImage& band, Pending& cell);
     void addLayer(const LayeredImage& band, Pending& cell) const;

@@ -19,7 +19,7 @@ namespace {
 
 using Pixel = std::array<float, 4>;
 
-/// Returns the opaque linear grey for an sRGB byte.
+/// Returns the opaque linear colour of an sRGB grey (0 to 255).
 Pixel grey(int byte) {
     const float value = linearFromSrgb(static_cast<float>(byte) / 255);
     return {value, value, value, 1};
@@ -56,8 +56,7 @@ Layout plan(const std::vector<SheetCell>& cells, int columns) {
     layout.rows = (count + layout.columns - 1) / layout.columns;
     layout.cell_width = cells.front().picture.window.width();
     layout.cell_height = cells.front().picture.window.height();
-    // A line has room for about 27 characters. For longer lines the text is smaller, but never
-    // illegible.
+    // Lines of more than about 27 characters get smaller text, but never below one pixel per dot.
     const int dots = static_cast<int>(longestLine(cells)) * kTextAdvance;
     layout.scale =
         std::clamp(std::min(layout.cell_width / 160, layout.cell_width / dots), 1, kMostTextScale);

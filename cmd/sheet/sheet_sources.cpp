@@ -19,8 +19,8 @@ namespace peeler::cmd {
 
 namespace {
 
-/// A sink that forwards bands and keeps their composite at full size: 20 bytes per pixel, or 32
-/// with coloured opacity.
+/// A sink that forwards bands and keeps their composite at full size (20 bytes per pixel, or 32
+/// with coloured opacity).
 class CompositeKeeper : public Sink {
   public:
     /// The composite and the sink must outlive this object.
@@ -39,12 +39,11 @@ class CompositeKeeper : public Sink {
     CompositeImage band_;
 };
 
-/// A sink that makes a cell from composited bands and measures its error compared with the exact
+/// A sink that makes a cell from composited bands. Measures the cell's error relative to the exact
 /// composite.
 class CompositeCell : public Sink {
   public:
-    /// `exact` must outlive the cell. If it is empty when a band arrives, the error is not
-    /// measured.
+    /// `exact` must outlive the cell. While it is empty, the error is not measured.
     CompositeCell(int cell_width, const CompositeImage& exact)
         : cell_width_(cell_width), exact_(exact) {}
 
@@ -59,7 +58,7 @@ class CompositeCell : public Sink {
   private:
     int cell_width_;
     const CompositeImage& exact_;
-    std::optional<BoxFilter> filter_;  ///< exists from begin() to finish()
+    std::optional<BoxFilter> filter_;  ///< from begin() to finish()
     CompositeImage band_, exact_band_;
     SheetCell cell_;
     StageTimes times_;
@@ -109,8 +108,8 @@ void CompositeCell::finish() {
     filter_.reset();
 }
 
-/// Captures the composite of a method into `sink`, which is `cell` or forwards to it. The labels of
-/// the returned cell are the method's name, its geometry passes and its error.
+/// Captures the composite of a method into `sink`, which is `cell` or forwards to it. Labels the
+/// cell with the method's name, its geometry passes and its error.
 SheetCell captureMethod(GlRenderer& renderer, const View& view, CaptureSettings settings,
                         const MethodInfo& method, CompositeCell& cell, Sink& sink,
                         const Progress& progress) {
@@ -177,7 +176,7 @@ SheetContent SceneSheet::make(std::size_t view) {
     return std::move(content_);
 }
 
-/// Opens the renderer. For the first view, also meters the exposure, which is used for all views.
+/// Opens the renderer. The first time, also meters the exposure for all views.
 void SceneSheet::openRenderer() {
     renderer_ = job_.renderer();
     if (renderer_) return renderer_->setPose(posed_);
@@ -188,8 +187,8 @@ void SceneSheet::openRenderer() {
     renderer_->setPose(posed_);
 }
 
-/// Whether to show a cell of unsorted blending. That blends the colours of all fragments, so it is
-/// only comparable to the colour composite of all layers.
+/// Whether to show a cell of unsorted blending. It blends the colours of all fragments, so it can
+/// only be compared with the colour composite of all layers.
 bool SceneSheet::showsUnsorted() const {
     return request_.methods == SheetMethods::kUnsorted && capture_.max_layers == 0 &&
            !(capture_.occlusion_ratio > 0) && request_.cells.show == SheetShow::kColor &&
@@ -207,7 +206,7 @@ void SceneSheet::describePlan(const Plan& plan, int passes) {
 
 void SceneSheet::showLayers() {
     SheetSettings settings = request_.cells;
-    settings.meters = false;  // because the exposure is already metered
+    settings.meters = false;  // already metered
     const bool unsorted = showsUnsorted();
     if (unsorted) --settings.most_cells;
     SheetCells cells(settings);
@@ -248,17 +247,17 @@ void SceneSheet::compareMethods() {
     }
 }
 
-/// Captures the cell of a method. If `exact`, keeps the method's composite as the reference; else
-/// measures the error compared with the reference.
+/// Captures the cell of a method. If `exact`, keeps the method's composite as the reference.
+/// Otherwise measures the error relative to the reference.
 SheetCell SceneSheet::capture(const MethodInfo& method, bool exact) {
     const CompositeImage nothing;
     CompositeCell cell(request_.cells.cell_width, exact ? nothing : exact_);
     CompositeKeeper keeper(exact_, cell);
     Sink& sink = exact ? static_cast<Sink&>(keeper) : cell;
     CaptureSettings settings = capture_;
-    // With 32-bit colours, so that differences are due to the methods, not to rounding.
+    // 32-bit colours: differences must come from the methods, not from rounding.
     if (request_.methods == SheetMethods::kAll) settings.color_type = PixelType::kFloat;
-    // `cells` is the number of finished cells including this one, `all` the total.
+    // `cells` counts the finished cells and this one; `all` is the total.
     const auto cells = static_cast<double>(content_.cells.size() + 1);
     const bool last = request_.methods != SheetMethods::kAll;
     const auto all = static_cast<double>(peelMethods().size() - content_.omitted);

@@ -23,14 +23,13 @@ namespace peeler::cmd {
 
 /// The methods whose composites the sheet of a scene shows.
 enum class SheetMethods {
-    kUnsorted,  ///< blending in draw order, beside the composite of all layers if it is shown
+    kUnsorted,  ///< blending in draw order, if the composite of all layers is shown
     kAll,       ///< every method, and no layers
     kNone
 };
 
-/// The request for a sheet. For a layered file, only `scene.file`, `file`, `capture.max_layers` and
-/// `cells` are used; for a scene, everything except `file`. The clip volume is in `clip`, not in
-/// `capture`.
+/// The request for a sheet. A layered file uses only `scene.file`, `file`, `capture.max_layers` and
+/// `cells`; a scene uses everything except `file`. The clip volume is in `clip`, not in `capture`.
 struct SheetRequest : CaptureJobOptions {
     LayeredReadOptions file;
     CameraOptions camera;
@@ -51,11 +50,11 @@ struct SheetContent {
 /// A maker of the sheets for a scene, one per view.
 class SceneSheet {
   public:
-    /// The cameras of `views` must have been placed. All arguments must outlive this object.
+    /// place() must have been called for `views`. All arguments must outlive this object.
     SceneSheet(const SheetRequest& request, CaptureJob& job, const OpenedScene& scene,
                const ViewList& views, Reporter& reporter);
 
-    /// Return a view and the hash of its settings, before the view is captured. Throw like
+    /// Return a view and the hash of its settings. The view need not be captured yet. Throw like
     /// ViewList::view() and clipVolume().
     View view(std::size_t index) const;
     std::string settingsHash(std::size_t view) const;
@@ -82,13 +81,13 @@ class SceneSheet {
     PosedScene posed_;
     View view_;                       ///< the view being captured
     GlRenderer* renderer_ = nullptr;  ///< owned by the job
-    std::optional<float> exposure_;   ///< metered for the first view, used for all
+    std::optional<float> exposure_;   ///< metered once, for all views
     CompositeImage exact_;
     SheetContent content_;
 };
 
-/// Makes the sheet of a layered file. The times are added to those of `job`. Throws Error (kInput)
-/// like openLayered().
+/// Makes the sheet of a layered file. Adds the times to those of `job`. Throws Error (kInput) like
+/// openLayered().
 SheetContent sheetOfFile(const SheetRequest& request, CaptureJob& job, Reporter& reporter);
 
 }  // namespace peeler::cmd

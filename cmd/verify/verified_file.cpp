@@ -21,7 +21,7 @@ namespace peeler::cmd {
 
 namespace {
 
-/// The maximum size of a band, in bytes. The stored composite of the band is read in addition.
+/// The maximum size of a band, in bytes, not counting the band's stored composite.
 constexpr std::uint64_t kVerifiedBytes = std::uint64_t{128} << 20;
 
 std::string at(const std::map<std::string, std::string>& attributes, const std::string& name) {
@@ -38,8 +38,7 @@ void checkFragments(LayeredInput& input, VerifiedFile& file) {
     if (info.composite >= 0) {
         const ExrInputPart& part = info.parts[static_cast<std::size_t>(info.composite)];
         if (const auto* red = part.channel("R")) composite_type = red->type;
-        // In files converted from other programs' files, the composite may have had a smaller data
-        // window.
+        // A composite may be smaller in files converted from other programs' files.
         if (part.data_window != crop && info.plan.view.known) {
             file.blame(Verdict::kBad, "the composite does not cover the pixels of the picture");
         }
@@ -66,12 +65,11 @@ void checkFragments(LayeredInput& input, VerifiedFile& file) {
 
 void checkCompleteness(const ExrInfo& info, VerifiedFile& file) {
     const Plan& plan = info.plan;
-    // A per-layer file has the counts of the whole picture, but other files contain the remaining
-    // fragments.
+    // A per-layer file has the counts of the whole picture but only a part of its fragments.
     if (at(info.attributes(), "peeler:layout") == kPerFileLayout &&
         !at(info.attributes(), "peeler:layer").empty())
         return;
-    // Hits of bundles, and pictures without layers, have no fragment counts.
+    // Hits of bundles and pictures without layers have no fragment counts.
     if (holdsBundles(info)) return;
     if (info.layers.empty() && info.deep.empty() && at(info.attributes(), "peeler:layers").empty())
         return;
@@ -85,14 +83,14 @@ void checkCompleteness(const ExrInfo& info, VerifiedFile& file) {
                                          " of " + countText(plan.fragments_counted, "fragment"));
 }
 
-/// Returns a problem with its location, unless the location is just the file's name.
+/// Returns a problem with its location, unless the location is only the file's name.
 std::string sentence(const Text& problem, const Text& where, const VerifiedFile& file) {
     return inOptions(problem +
                      (where == file.path ? Text() : ": " + printableText(where, kMostOfName)));
 }
 
-/// Checks the bytes of a file against its hashes, and its headers for contradictions. For OpenEXR
-/// files only, since files of arrays have neither hashes nor redundant counts.
+/// Checks the bytes of a file against its hashes, and its headers for contradictions. Only for
+/// OpenEXR files: files of arrays have neither hashes nor redundant counts.
 void checkBytes(VerifiedFile& file) {
     const ExrIntegrity proof = exrIntegrity(file.path);
     file.proof = proof.state;
@@ -102,7 +100,7 @@ void checkBytes(VerifiedFile& file) {
         file.blame(Verdict::kBad, problem);
 }
 
-/// Reads a file that another program has written, or a lone composite, to the end.
+/// Reads a file of another program, or a lone composite, to the end.
 void readToEnd(OpenedPicture opened, VerifiedFile& file) {
     const bool composite = isLoneComposite(opened.info());
     const std::unique_ptr<LayeredInput> input =

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Verification of an OpenEXR file, for damage that readers do not notice.
+// Verification of a file, for damage that readers do not notice.
 #pragma once
 
 #include <cstdint>
@@ -30,21 +30,21 @@ struct VerifiedFile {
     VerifiedKind kind = VerifiedKind::kUnknown;
     Verdict verdict = Verdict::kGood;
     std::vector<std::string> problems;         ///< one sentence each
-    std::optional<ExrIntegrity::State> proof;  ///< nothing if the hashes could not be checked
+    std::optional<ExrIntegrity::State> proof;  ///< none if the hashes could not be checked
     Provenance provenance;                     ///< only for files written by peeler
     View view;                                 ///< only for files written by peeler
     std::size_t layers = 0;
     std::uint64_t fragments = 0;  ///< number of fragments in the layers
 
-    /// Adds a problem. Raises the verdict to `found` if that is worse.
+    /// Adds a problem. Sets the verdict to `found` if `found` is worse.
     void blame(Verdict found, const std::string& problem);
-    /// Adds a kBad problem that names these pixels. Does nothing if no pixel is broken.
+    /// Adds a kBad problem with these pixels. Does nothing if there are none.
     void blame(const BrokenPixels& broken, const std::string& what);
 };
 
-/// Reads the whole file and checks the following. The bytes match the file's hashes. If they do or
-/// there are no hashes: OpenEXR's classes can open the file, and its camera attributes are
-/// consistent. Then, for the layers, band by band: Z is a number for every fragment and never
+/// Reads the whole file and checks that its bytes match its hashes. If they do, or if it has no
+/// hashes, checks that OpenEXR's classes can open the file and that its camera attributes are
+/// consistent. Then checks the layers, band by band: Z is a number for every fragment and never
 /// decreases within a pixel; no pixel skips a layer; pixels without a fragment are 0 (for layers in
 /// separate parts); the fragment count matches the header; the part `composite` equals the
 /// composited layers bit for bit. Throws Error only for causes outside the file (kMemory,

@@ -25,7 +25,7 @@ class PartRows {
 
     const Window& window() const { return window_; }
     bool hasFragment(std::size_t pixel) const { return depth(pixel) < kNone; }
-    /// Whether Z is exactly +infinity, as is required where a pixel has no fragment.
+    /// Whether Z is exactly +infinity, as required for a pixel without a fragment.
     bool hasNoDepth(std::size_t pixel) const {
         return std::bit_cast<std::uint32_t>(depth(pixel)) == std::bit_cast<std::uint32_t>(kNone);
     }
@@ -54,7 +54,7 @@ void PartRows::read(const ExrInput& input, std::size_t part, const std::string& 
     const ExrInputPart& info = input.parts()[part];
     window_ = window;
     if (window.empty()) return;
-    planes_.resize(info.channels.size());  // planes of other layers' channels stay empty
+    planes_.resize(info.channels.size());  // other layers' channels get empty planes
     std::vector<ExrTarget> targets;
     for (std::size_t c = 0; c < info.channels.size(); ++c) {
         Plane& plane = planes_[c];
@@ -85,14 +85,15 @@ bool PartRows::hasColor(std::size_t pixel) const {
     return false;
 }
 
-/// Pixels without a fragment whose Z is not +infinity, or that have colour; and pixels with a
-/// fragment but without one in the previous layer.
+/// The pixels with faults. `no_number`: Z is not +infinity although there is no fragment;
+/// `colored`: a colour without a fragment; `orphaned`: a fragment although the previous layer has
+/// no fragment in this pixel.
 struct LayerFindings {
     BrokenPixels no_number, colored, orphaned;
 };
 
-/// Checks rows of a layer. `before` and `now` have a flag per pixel of the band: whether the
-/// previous layer and this layer have a fragment there.
+/// Checks rows of a layer. `before` and `now` have a flag for each pixel of the band: whether the
+/// previous layer and this layer have a fragment in the pixel.
 void checkRows(const PartRows& rows, const Window& band, const std::vector<bool>& before,
                std::vector<bool>& now, LayerFindings& findings) {
     const Window& window = rows.window();
@@ -114,8 +115,8 @@ void checkRows(const PartRows& rows, const Window& band, const std::vector<bool>
     }
 }
 
-/// Whether every layer is stored in scan-line parts of this file. Others are not checked: deep
-/// layers have no pixels without a fragment, and layers may be in other files.
+/// Whether every layer is stored in scan-line parts of this file. Only these can be checked: deep
+/// layers have no pixels without a fragment, and other layouts store layers in other files.
 bool hasPartsOfLayers(const ExrInput& input, const ExrInfo& info) {
     for (std::size_t k = 0; k < info.layers.size(); ++k) {
         if (info.layers[k] >= input.parts().size()) return false;

@@ -8,10 +8,9 @@
 
 namespace peeler::cmd {
 
-/// Checks layers in separate parts for faults that are lost when the layers are read as fragment
-/// lists: pixels whose values are not 0 (Z: not +inf) although they have no fragment, and pixels
-/// that have a fragment but lack one in the previous layer. Does nothing for other layouts. Throws
-/// Error (kInput) if a chunk is damaged.
+/// Checks layers in separate parts for faults that disappear when layers are read as fragment
+/// lists: pixels without a fragment whose values are not 0 (for Z: not +inf), and pixels that skip
+/// a layer. Does nothing for other layouts. Throws Error (kInput) if a chunk is damaged.
 void checkLayerParts(const std::string& path, const ExrInfo& info, VerifiedFile& file);
 
 }  // namespace peeler::cmd

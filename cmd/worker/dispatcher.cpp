@@ -27,12 +27,12 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t kLongestLine = std::size_t{4} << 20;
-/// The maximum number of waiting jobs of all clients. Once it is reached, no more lines are read.
+/// The maximum number of waiting jobs of all clients. Reading stops at this number.
 constexpr std::size_t kMostWaiting = 10'000;
-/// The maximum number of unsent bytes per client. While it is exceeded, the client's lines are not
-/// read and no progress is sent.
+/// The maximum number of unsent bytes per client. Above this number, the worker neither reads the
+/// client's lines nor sends progress.
 constexpr std::size_t kMostUnsent = std::size_t{8} << 20;
-/// The time within which a cancelled job is answered, even if its process is still freeing memory.
+/// The time limit for answering a cancelled job, even if its process is still freeing memory.
 constexpr std::chrono::milliseconds kAnswered{75};
 
 [[noreturn]] void fail(const std::string& what, const std::filesystem::path& path) {
@@ -112,13 +112,13 @@ void Dispatcher::listen() {
             throw Error(ErrorKind::kOutput, "another worker is listening on this socket",
                         path.string(), "connect to it, or choose another name");
     }
-    // The socket gets its final name only once it listens, because a client may connect as soon as
-    // the name exists.
+    // The socket gets its final name after it listens: a client may connect as soon as the name
+    // exists.
     const std::filesystem::path unnamed = path.string() + "~";
     const sockaddr_un address = addressOf(unnamed);
     unlink(unnamed.c_str());
     listening_ = socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-    const mode_t mask = umask(0177);  // so that from the start only its user has access
+    const mode_t mask = umask(0177);  // only this user has access, from the start
     const int bound = bind(listening_, reinterpret_cast<const sockaddr*>(&address), sizeof address);
     umask(mask);
     if (bound != 0 || ::listen(listening_, 64) != 0 ||
@@ -155,8 +155,7 @@ bool Dispatcher::isDone() const {
     return listening_ < 0 && clients_.empty();
 }
 
-/// Waits for events and handles them. Returns the signal that ends the worker if one has arrived,
-/// else 0.
+/// Waits for events and handles them. Returns the signal that ends the worker, or 0.
 int Dispatcher::wait() {
     std::vector<pollfd> files{{signals_.file(), POLLIN, 0}, {listening_, POLLIN, 0}};
     for (const Slot& slot : slots_)
@@ -165,7 +164,7 @@ int Dispatcher::wait() {
         const bool listens =
             client.reads && waiting_.size() < kMostWaiting && client.unsent.size() < kMostUnsent;
         files.push_back({listens ? client.in : -1, POLLIN, 0});
-        // poll() reports that the reader has closed even if no event is requested.
+        // Even without a requested event, poll() reports that the reader has closed.
         const short wanted = client.unsent.empty() ? 0 : POLLOUT;
         files.push_back({client.out, wanted, 0});
     }
@@ -193,8 +192,7 @@ int Dispatcher::wait() {
     return 0;
 }
 
-/// Returns the number of milliseconds until the next cancelled job must be answered; −1 if there is
-/// none.
+/// Returns the milliseconds until a cancelled job must be answered, or −1 without such a job.
 int Dispatcher::untilDeadline() const {
     int least = -1;
     for (const Slot& slot : slots_) {
@@ -215,8 +213,7 @@ void Dispatcher::receive(Client& client) {
         client.reads = false;
         if (!client.received.empty() && !client.skips_line) take(client, client.received);
         client.received.clear();
-        // The end of a socket's input means that the client is gone. With pipes, stdout may still
-        // be read after stdin has ended.
+        // If a socket's input ends, the client is gone. If stdin ends, stdout may still be read.
         if (client.in == client.out) client.gone = true;
         return;
     }
@@ -247,8 +244,7 @@ void Dispatcher::take(Client& client, const std::string& line) {
                                return slot.job && same(*slot.job);
                            });
         if (known) {
-            // The id belongs to the unfinished job, so the line about this failure must not contain
-            // it.
+            // Without the id, because it belongs to the unfinished job.
             sendTo(client, failedLine(nullptr, Error(ErrorKind::kUsage,
                                                      "a job with this id has not finished yet",
                                                      dumpJson(request.id), "choose another")));
@@ -277,7 +273,7 @@ void Dispatcher::cancel(Client& client, const nlohmann::json& id) {
         slot.cancelled_at = Clock::now();
         slot.process->cancel();
     }
-    // The result of a finished job has already been sent, so there is nothing to answer.
+    // A finished job needs no answer: its result has already been sent.
 }
 
 void Dispatcher::startJobs() {
@@ -364,7 +360,7 @@ void Dispatcher::answerLateJobs() {
     }
 }
 
-/// Terminates the slot's process without waiting until it has ended.
+/// Terminates the slot's process. Does not wait for its end.
 void Dispatcher::giveUp(Slot& slot) {
     slot.process->terminate();
     ending_.push_back(std::move(slot.process));
@@ -379,8 +375,8 @@ void Dispatcher::sendTo(Client& client, std::string_view text) {
 
 void Dispatcher::flush(Client& client) {
     while (!client.unsent.empty()) {
-        // Writes at most PIPE_BUF bytes at a time, because a pipe on stdout may block: when poll()
-        // reports it writable, only that many bytes are sure to fit.
+        // At most PIPE_BUF bytes at a time: if stdout is a pipe, more could block although poll()
+        // reports room.
         pollfd room{client.out, POLLOUT, 0};
         if (poll(&room, 1, 0) <= 0 || (room.revents & POLLOUT) == 0) {
             client.gone = client.gone || (room.revents & (POLLERR | POLLNVAL)) != 0;

@@ -21,12 +21,12 @@ namespace peeler::cmd {
 struct DispatcherOptions {
     int jobs = 1;  ///< concurrent jobs, one process each
     JobLimits process{};
-    /// The socket on which clients connect; none = a single client on stdin and stdout.
+    /// The socket for clients; none = a single client on stdin and stdout.
     std::optional<std::filesystem::path> socket{};
 };
 
 /// A worker that takes jobs from clients, runs them in processes and returns results. It has a
-/// single thread, which never waits for anything but clients, processes and signals.
+/// single thread, which waits only for clients, processes and signals.
 class Dispatcher {
   public:
     /// Throws Error (kOutput) if the socket cannot be created or another worker listens on it.
@@ -35,30 +35,30 @@ class Dispatcher {
     Dispatcher(const Dispatcher&) = delete;
     Dispatcher& operator=(const Dispatcher&) = delete;
 
-    /// Runs until a signal arrives or, without a socket, until the client on stdin is gone and its
-    /// jobs are done. Returns the exit code: 0, or 128 + n for signal n.
+    /// Runs until a signal arrives. Without a socket, also ends when the client on stdin is gone
+    /// and its jobs are done. Returns the exit code: 0, or 128 + n for signal n.
     int run();
 
   private:
     struct Client {
         int in = -1, out = -1;
         std::string received;     ///< an incomplete line
-        bool skips_line = false;  ///< whether to skip the rest of a line that is too long
+        bool skips_line = false;  ///< skip the rest of a line that is too long
         bool reads = true;        ///< whether more lines may arrive
-        bool gone = false;        ///< whether nobody reads the client's output any more
+        bool gone = false;        ///< nobody reads the client's output any more
         std::string unsent;
-        std::size_t jobs = 0;  ///< number of jobs that are waiting or running
+        std::size_t jobs = 0;  ///< waiting and running jobs
     };
     struct Waiting {
         Client* client;
         std::string line;  ///< includes the line feed
         nlohmann::json id;
-        /// The job's first argument. A process whose last job had the same one may have the scene
-        /// open.
+        /// The job's first argument. A process whose last job had the same first argument may have
+        /// the scene open.
         std::string scene;
     };
     struct Slot {
-        std::unique_ptr<JobProcess> process{};  ///< started on demand
+        std::unique_ptr<JobProcess> process{};  ///< started when needed
         std::optional<Waiting> job{};
         bool cancelled = false;
         std::chrono::steady_clock::time_point start{}, cancelled_at{};
@@ -90,7 +90,7 @@ class Dispatcher {
     std::list<Client> clients_;
     std::list<Waiting> waiting_;
     std::vector<Slot> slots_;
-    std::list<std::unique_ptr<JobProcess>> ending_;  ///< ending; their output is ignored
+    std::list<std::unique_ptr<JobProcess>> ending_;  ///< their output is ignored
 };
 
 }  // namespace peeler::cmd

@@ -31,12 +31,12 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// The first character of each line from a process, which gives the line's type.
+/// The first character of each line from a process: the line's type.
 constexpr char kProgress = 'p', kEnd = 'e';
 
 /// The minimum interval between progress lines.
 constexpr std::chrono::milliseconds kBetween{100};
-/// How long a cancelled job may take to stop by itself before its process is ended by force.
+/// The time for a cancelled job to stop by itself, after which its process is ended.
 constexpr suseconds_t kPatience = 60'000;  // microseconds
 
 volatile std::sig_atomic_t running = 0, cancelled = 0;
@@ -65,7 +65,7 @@ void send(int file, std::string_view text) {
     while (!text.empty()) {
         const ssize_t count = ::send(file, text.data(), text.size(), MSG_NOSIGNAL);
         if (count < 0 && errno == EINTR) continue;
-        if (count < 0) endProcess(0);  // because the worker is gone
+        if (count < 0) endProcess(0);  // the worker is gone
         text.remove_prefix(static_cast<std::size_t>(count));
     }
 }
@@ -102,8 +102,8 @@ class JobReporter final : public Reporter {
     Clock::time_point last_{};
 };
 
-/// Returns the worker's defaults (JSON results, threads, memory), then the job's arguments. The
-/// job's take precedence, because the last value of a repeated option wins.
+/// Returns the worker's defaults (JSON results, threads, memory) and then the job's arguments,
+/// which take precedence: the last value of a repeated option wins.
 std::vector<std::string> completed(const WorkerRequest& request, const VerbOptions& options,
                                    const JobLimits& limits) {
     std::vector<std::string> arguments;
@@ -128,14 +128,14 @@ void checkOutput(const VerbOptions& options) {
                     "--output -", "name a file");
 }
 
-/// A verb whose options are declared in advance, for the next job.
+/// A verb whose options were declared before the next job arrived.
 using DeclaredVerb = std::unique_ptr<ParsedVerb>;
 
 DeclaredVerb declaredLike(const std::string& verb) {
     try {
         return std::make_unique<ParsedVerb>(verbNamed(verb));
     } catch (const Error&) {
-        return nullptr;  // the verb is unknown
+        return nullptr;  // an unknown verb
     }
 }
 
@@ -180,8 +180,7 @@ std::string finished(int file, const WorkerRequest& request, const JobLimits& li
         session.setReporter(reporter);
         tryJob(request, limits, session, declared, reporter.found);
         if (mayHaveBroken(reporter.found)) session.close();
-        // Data kept from other jobs may have caused the lack of memory, so the job runs again
-        // without it.
+        // Runs the job again without the data of earlier jobs, which may have used up the memory.
         const bool full = reporter.found.error &&
                           reporter.found.error->kind() == ErrorKind::kMemory &&
                           reporter.found.error_kind.empty();
@@ -195,7 +194,7 @@ std::string finished(int file, const WorkerRequest& request, const JobLimits& li
 void JobProcess::serve(int file, const JobLimits& limits, pid_t parent) {
     prctl(PR_SET_PDEATHSIG, SIGTERM);
     if (getppid() != parent) _exit(128 + SIGTERM);  // the worker ended before prctl()
-    // Closes all of the worker's file descriptors except stderr.
+    // Closes all file descriptors of the worker except stderr.
     const int nothing = open("/dev/null", O_RDWR);
     dup2(nothing, STDIN_FILENO);
     dup2(STDERR_FILENO, STDOUT_FILENO);
@@ -206,7 +205,7 @@ void JobProcess::serve(int file, const JobLimits& limits, pid_t parent) {
     act(SIGUSR1, cancelRunningJob);
     act(SIGALRM, endProcess);
     act(SIGTERM, endProcess);
-    for (const int number : {SIGINT, SIGHUP})  // because the worker handles these signals
+    for (const int number : {SIGINT, SIGHUP})  // the worker handles these signals
         std::signal(number, SIG_IGN);
     sigset_t none;
     sigemptyset(&none);
@@ -233,8 +232,8 @@ void JobProcess::serve(int file, const JobLimits& limits, pid_t parent) {
             setitimer(ITIMER_REAL, &kNever, nullptr);
             session.setReporter(idle);
             send(kOwn, kEnd + line);
-            // Declares the options for the next job, usually one of the same verb, while the client
-            // reads the result.
+            // Declares options while the client reads the result. The next job usually has the same
+            // verb.
             declared = declaredLike(request.verb);
         }
     }
@@ -275,7 +274,7 @@ JobProcess::~JobProcess() {
 }
 
 void JobProcess::start(const std::string& line) {
-    // An idle process is always ready to read, so a full socket is drained quickly.
+    // A full socket is drained quickly, because an idle process is always reading.
     std::string_view rest = line;
     while (!rest.empty()) {
         const ssize_t count = ::send(file_, rest.data(), rest.size(), MSG_NOSIGNAL);
@@ -284,7 +283,7 @@ void JobProcess::start(const std::string& line) {
         } else if (errno == EAGAIN) {
             usleep(100);
         } else if (errno != EINTR) {
-            return;  // the process has ended, which read() will detect
+            return;  // the process has ended; read() detects this
         }
     }
 }

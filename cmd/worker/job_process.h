@@ -13,13 +13,13 @@ namespace peeler::cmd {
 
 /// The limits for each process of a worker.
 struct JobLimits {
-    int threads = 0;           ///< default number of threads of a job; 0 = the job chooses
-    std::uint64_t memory = 0;  ///< default memory budget of a job, bytes; 0 = the job chooses
-    std::uint64_t keep = 0;    ///< maximum number of bytes of scenes kept open between jobs
+    int threads = 0;           ///< default number of threads of a job; 0 = the job's default
+    std::uint64_t memory = 0;  ///< default memory budget of a job, bytes; 0 = the job's default
+    std::uint64_t keep = 0;    ///< maximum number of bytes of scenes to keep open between jobs
 };
 
 /// A separate process for jobs, so that a driver crash affects only one job and a cancelled job
-/// ends at once. The process is forked from the worker, shares only stderr with it, and ends when
+/// ends at once. It is forked from the worker, shares only stderr with the worker, and ends when
 /// the worker ends.
 class JobProcess {
   public:
@@ -34,15 +34,16 @@ class JobProcess {
     int file() const { return file_; }
     /// Starts the job in `line` (a WorkerRequest). The previous job must have ended.
     void start(const std::string& line);
-    /// Cancels the job within a tenth of a second. The job stops by itself if it reports progress
-    /// that often; otherwise the process ends.
+    /// Cancels the job within a tenth of a second. A job that reports progress often enough stops
+    /// by itself; otherwise its process ends.
     void cancel() const;
-    /// Makes the process end as the destructor does, but does not wait for that.
+    /// Ends the process like the destructor, but without waiting.
     void terminate() const;
     /// Reads the available lines without blocking: progress lines, and the result line if a job has
     /// ended. Returns false once the process has ended.
     bool read(std::vector<std::string>& progress, std::string& ended);
-    /// Return how the process ended: the signal (0 = it exited by itself) and the exit code.
+    /// Return the signal that ended the process (0 = the process exited by itself) and the exit
+    /// code.
     int endingSignal() const { return ending_signal_; }
     int exitCode() const { return exit_code_; }
 

@@ -33,7 +33,7 @@ void checkId(const nlohmann::json& value, const char* key) {
         throw Error(ErrorKind::kUsage, "expected a string or an integer", key, kWorkerHelp);
 }
 
-/// Whether running the job again, later or on another machine, may succeed.
+/// Whether the job may succeed if it runs again, later or on another machine.
 bool isWorthRetrying(const WorkerResult& result) {
     if (result.error_kind == "crash") return true;
     return result.error && (result.error->kind() == ErrorKind::kDevice ||

@@ -14,13 +14,13 @@ namespace peeler::cmd {
 /// The protocol version, sent in a worker's first line. Incremented by every incompatible change.
 inline constexpr int kWorkerProtocol = 1;
 
-/// The exit code of a cancelled job, as for a command ended by Ctrl-C.
+/// The exit code of a cancelled job, the same as after Ctrl-C.
 inline constexpr int kCancelledCode = 130;
 
 /// A line from a client: a job, or a request to cancel one.
 struct WorkerRequest {
     /// Parses a line. Throws Error (kUsage) if it is neither a job nor a cancellation. Does not
-    /// check the options of the verb.
+    /// check the verb's options.
     explicit WorkerRequest(const std::string& line);
 
     nlohmann::json id;  ///< a string or an integer
@@ -30,20 +30,20 @@ struct WorkerRequest {
     std::vector<std::string> arguments{};
 };
 
-/// Returns the id of an invalid request; null if it cannot be read.
+/// Returns the id of an invalid request, or null if the id cannot be read.
 nlohmann::json requestId(const std::string& line);
 
-/// Returns the first line that a worker sends: {"worker": 1, "version": "0.2.0", "jobs": 2}
+/// Returns the worker's first line: {"worker": 1, "version": "0.2.0", "jobs": 2}
 std::string helloLine(int jobs);
 
 /// The result of a job.
 // NOLINTNEXTLINE(bugprone-exception-escape): moving JSON does not throw
 struct WorkerResult {
     int exit_code = 0;
-    Json result{};  ///< the verb's result; null if it has none
+    Json result{};  ///< the verb's result; null without one
     std::vector<std::string> warnings{};
     std::optional<Error> error{};  ///< the first error
-    std::string error_kind{};      ///< if not "", the kind to report: "cancelled", "crash"
+    std::string error_kind{};      ///< if not "", replaces the error's kind: "cancelled", "crash"
     double milliseconds = 0;
 };
 

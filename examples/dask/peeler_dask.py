@@ -3,8 +3,9 @@
 
     python3 peeler_dask.py ADDRESS SCENES.txt FOLDER [NAME=VALUE ...]
 
-ADDRESS is the scheduler's, SCENES.txt lists one scene per line, FOLDER is shared by all machines. The rest are options
-of `peeler render` (size=256x256 shard-member=npz views=8). If a machine fails a task, another one takes it.
+ADDRESS is the scheduler's address, SCENES.txt lists one scene per line, and all machines share FOLDER. The other
+arguments are options of `peeler render` (size=256x256 shard-member=npz views=8). If a task fails on one machine,
+another machine runs it.
 """
 
 import pathlib
@@ -20,7 +21,7 @@ PER_SHARD = 100  # scenes per shard
 
 
 class Holder(WorkerPlugin):
-    """Keeps a worker between tasks, and with it scenes, devices and shaders."""
+    """A Dask plugin that keeps a worker, with its scenes, devices and shaders, between tasks."""
 
     name = "peeler"
 

@@ -7,7 +7,7 @@ chunks=$1 jobs=$2
 shift 2
 log=${PEELER_JOBLOG:-peeler.joblog}
 
-# The log of the previous run lists the finished chunks. It counts only if the command line was the same.
+# The log of the previous run lists the finished chunks. It applies only if the command line is the same.
 again=
 [ ! -s "$log" ] || again=--resume-failed
 # After a failure (no scene, no disk space, …), running jobs finish and no new ones start. Each process has one thread,

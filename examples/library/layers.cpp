@@ -11,7 +11,8 @@
 #include <string>
 #include <vector>
 
-/// Makes a PGM image of the number of layers in every pixel; bands arrive from top to bottom.
+/// A sink that makes a PGM image of the number of layers in every pixel. Bands arrive from top to
+/// bottom.
 class CountPicture final : public peeler::Sink {
   public:
     explicit CountPicture(std::string path) : path_(std::move(path)) {}

@@ -20,7 +20,7 @@ SIZE = tuple(int(side) for side in sys.argv[3].split("x")) if len(sys.argv) > 3 
 
 PAPER = np.float32(0.82)  # the background of the layers, in linear light
 FIRST_MS, PEEL_MS, LAST_MS = 1600, 450, 1200
-FADE = (0.5, 0.0)  # the shares of the nearest layer's opacity that are left, frame by frame
+FADE = (0.5, 0.0)  # remaining share of the nearest layer's opacity, for each frame
 
 
 def composite(layers, share):

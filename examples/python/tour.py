@@ -80,7 +80,7 @@ picture("4_layers.png", np.vstack((np.hstack(strips[:2]), np.hstack(strips[2:]))
 hue = (np.arange(len(img.objects) + 1) * 0.61803) % 1
 colors = np.clip(np.abs((hue[:, None] * 6 + [0, 4, 2]) % 6 - 3) - 1, 0, 1) * 0.75 + 0.2
 colors[0] = 1
-ids = img.dense(6, "id.object")  # 0 means nothing
+ids = img.dense(6, "id.object")  # 0: no fragment
 mixed = np.ones((height, width, 3))
 for k in range(ids.shape[2] - 1, -1, -1):  # from back to front, each 45 % opaque
     there = (ids[..., k] > 0)[..., None]

@@ -8,9 +8,9 @@
     python3 layers_with_numpy.py out.npz            # the numbers of `peeler info out.exr`
 
     peeler rays scene.glb -o hits.npz --axes        # `peeler rays --help all` lists the arrays
-    python3 layers_with_numpy.py hits.npz           # likewise, of the hits
+    python3 layers_with_numpy.py hits.npz           # the same for the hits
 
-Files from before arrays_version 2 are read, too.
+Also reads files with arrays_version 1.
 """
 import sys
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A client of `peeler worker`, in Python's standard library alone.
+"""A client of `peeler worker` that needs only Python's standard library.
 
     with Worker() as worker:
         result = worker.run("render", "scene.glb", "-o", "out.exr", size="640x360")
@@ -39,8 +39,7 @@ class Worker:
             self._socket.connect(str(listens))
             self._in, self._out = self._socket.makefile("rb"), self._socket.makefile("wb")
         else:
-            # The worker gets a session of its own, so that Ctrl-C reaches only the client, which decides what to
-            # cancel.
+            # In its own session, the worker does not get Ctrl-C. The client does, and decides what to cancel.
             self._process = subprocess.Popen(
                 [program, "worker", *arguments],
                 stdin=subprocess.PIPE,
@@ -107,7 +106,7 @@ class Worker:
                 self._send({"cancel": number})
 
     def close(self):
-        """Ends the worker, or disconnects and leaves it to its other clients."""
+        """Ends the worker, or disconnects from a worker on a socket."""
         try:
             if self._socket:
                 self._socket.shutdown(socket.SHUT_RDWR)

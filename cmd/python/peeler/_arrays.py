@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Arrays exchanged with the worker in shared memory files: .safetensors (github.com/huggingface/safetensors).
 
-The files lie in folders of this process (mode 700), in /dev/shm, or in the folder for temporary files if that is small.
+The files are in folders of this process (mode 700): in /dev/shm or, if there is too little room, in the folder for
+temporary files.
 """
 
 import atexit
@@ -38,7 +39,7 @@ _FAILED = ctypes.c_void_p(-1).value
 
 
 def parse(data):
-    """Returns (arrays, metadata) of a file's bytes; the arrays are views of them."""
+    """Returns (arrays, metadata) from a file's bytes. The arrays are views of the bytes."""
     length = int.from_bytes(data[:8].tobytes(), "little")
     header = json.loads(data[8 : 8 + length].tobytes().decode())
     metadata = header.pop("__metadata__", {})
@@ -54,7 +55,7 @@ def parse(data):
 
 
 class _Map:
-    """A memory-mapped file. Python's own mmap keeps a descriptor as long as any array lives."""
+    """A memory-mapped file. Unlike Python's mmap, keeps no file descriptor open while arrays exist."""
 
     def __init__(self, file):
         size = os.fstat(file.fileno()).st_size
@@ -64,7 +65,7 @@ class _Map:
         if address == _FAILED:
             raise Error("memory", f"cannot map the arrays: {os.strerror(ctypes.get_errno())}")
         self.__array_interface__ = {"version": 3, "typestr": "|u1", "shape": (size,), "data": (address, False)}
-        weakref.finalize(self, _libc.munmap, address, size).atexit = False  # arrays may be there until the end
+        weakref.finalize(self, _libc.munmap, address, size).atexit = False  # arrays may exist until the end
 
 
 def mapped(path):
@@ -100,8 +101,8 @@ def write(path, arrays, metadata=None):
 _PREFIX = "peeler-python-"
 _NEW = 60  # seconds
 
-_folders = {}  # of this process, by the folder that they are in
-_locks = []  # descriptors of them; locked, so that others know that they are in use
+_folders = {}  # folders of this process, by parent folder
+_locks = []  # their file descriptors; locked to show other processes that they are in use
 _numbers = iter(range(1 << 62))
 _lock = threading.Lock()
 
@@ -131,7 +132,7 @@ def _sweep(above):
             finally:
                 os.close(folder)
         except OSError:
-            pass  # somebody's, or gone
+            pass  # in use, or already removed
 
 
 def _make(above):
@@ -144,7 +145,7 @@ def _make(above):
 
 
 def place(name=None, shared=True):
-    """Returns a path for a new file; a file with a name gets a folder of its own."""
+    """Returns a path for a new file. A file with a given name gets its own folder."""
     above = _SHARED if shared and _is_roomy() else tempfile.gettempdir()
     with _lock:
         if above not in _folders:
@@ -182,7 +183,7 @@ def _forget():
 def _after_fork():
     global _lock
     _lock = threading.Lock()
-    _forget()  # they are the parent's
+    _forget()  # they belong to the parent process
 
 
 atexit.register(_clean)
@@ -190,14 +191,14 @@ os.register_at_fork(after_in_child=_after_fork)
 
 
 def run(verb, arguments, output="--output", **keywords):
-    """Runs a verb, and returns its result and the bytes of the arrays that it wrote."""
+    """Runs a verb. Returns its result and the bytes of the arrays that it wrote."""
     for shared in (True, False):
         path = place(shared=shared)
         try:
             result = _worker.run(verb, [*arguments, f"{output}={path}"], **keywords)
             return result, mapped(path)
         except Error as error:
-            # There is more room elsewhere.
+            # The folder for temporary files may have more room.
             if error.kind != "output" or not shared or not path.startswith(_SHARED):
                 raise
         finally:

@@ -109,7 +109,7 @@ class _Picture:
         return path
 
     def _run(self, verb, arguments, **keywords):
-        """Runs a verb on the picture, and returns its arrays."""
+        """Runs a verb on the picture. Returns the resulting arrays."""
         path = self._written()
         try:
             return _arrays.run(verb, [path, *arguments], **keywords)
@@ -194,8 +194,8 @@ class Image(_Picture):
         super().__init__(arrays, metadata)
         splits = arrays["splits"]
         if splits.dtype != np.uint32 and metadata.get("peeler:arrays") == "layers":
-            arrays["splits"] = splits.astype(np.uint32)  # as many as pixels, and no more
-        self._names = json.loads(metadata.get("peeler:channels", "{}"))  # of components
+            arrays["splits"] = splits.astype(np.uint32)  # a copy of only one number per pixel
+        self._names = json.loads(metadata.get("peeler:channels", "{}"))  # component names, by channel
 
     @property
     def z(self):
@@ -336,8 +336,8 @@ class Image(_Picture):
     def flatten(self, layers=None, tail="drop"):
         """flatten(layers=None, tail='drop')
 
-        The composite, front to back, in 32-bit float, of all layers or of the nearest ones. Fragments behind those are
-        left out, or with tail='blend' blended as a weighted average.
+        The composite of all layers or of the nearest ones, in 32-bit float. The fragments behind the nearest layers are
+        left out or, with tail='blend', blended as a weighted average.
         """
         arguments = []
         if layers:
@@ -437,7 +437,7 @@ def read(path, **keywords):
 def merge_images(images, elements=False):
     """merge_images(images, elements=False)
 
-    Puts tiles of one picture together, or, with elements=True, merges the fragments of pictures of one camera by depth.
+    Joins the tiles of one picture. With elements=True, merges the fragments of several pictures of one camera by depth.
     """
     images = list(images)
     if not images:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Translation of keywords to options of the command line, and of its texts to keywords.
+"""Translation of keywords to command-line options, and of command-line texts to keywords.
 
 verbs.json describes the options of all verbs, as `peeler VERB --help` does; the build writes it.
 """
@@ -24,13 +24,13 @@ SCENE = (
     "transmission", "environment", "environment_rotation", "strict",
 )  # fmt: skip
 MACHINE = ("device", "backend", "memory", "require_gpu", "threads")
-# How a picture is written, whichever verb writes it.
+# Options for writing pictures, for all verbs.
 SAVE = (
     "as_", "layout", "compression", "no_composite", "deep_merge", "deep_z_tolerance", "deep_alpha_tolerance", "dense",
     "fill", "dense_type", "cryptomatte", "background", "exposure", "tone_map", "no_clobber", "no_mkdir",
 )  # fmt: skip
 BAKE_GROUPS = {"Baking"}
-# Calibrated cameras by arrays, besides --intrinsics and --pose.
+# Calibrated cameras as arrays, in addition to --intrinsics and --pose.
 CALIBRATED = ("K", "world_to_camera", "gltf", "pixel_center")
 
 
@@ -41,7 +41,7 @@ def description():
 
 
 def keyword_of(option):
-    """Returns ortho_height for --ortho-height, as_ for --as."""
+    """Returns the keyword for an option: ortho_height for --ortho-height, as_ for --as."""
     name = option.lstrip("-").replace("-", "_")
     return name + "_" if words.iskeyword(name) else name
 
@@ -95,12 +95,12 @@ def _all_options():
     return {name for verb in description()["verbs"].values() for option in verb["options"] for name in option["names"]}
 
 
-# By itself, not within a path: "out--size.exr" is a file.
+# An option on its own, not a part of a path such as "out--size.exr".
 _OPTION = re.compile(r"(?<![\w./-])--[a-z][a-z-]*(?![\w/-]|\.\w)")
 
 
 def in_keywords(text, names=()):
-    """Returns a text of the command line with keywords instead of options: "ortho_height" for "--ortho-height".
+    """Returns a command-line text with keywords instead of options: "ortho_height" for "--ortho-height".
 
     names: {keyword: the caller's name for it}
     """
@@ -124,7 +124,7 @@ def path_of(path):
 
 
 def _plain(value):
-    """Returns arrays as lists and numbers."""
+    """Converts an array to a list or number."""
     return value.tolist() if hasattr(value, "tolist") else value
 
 
@@ -152,7 +152,7 @@ def _scalar(keyword, value):
 
 
 def _scalars(keyword, value):
-    """Returns all numbers and texts of nested sequences."""
+    """Returns all numbers and texts in nested sequences, as texts."""
     value = _plain(value)
     if _is_text(value) or not hasattr(value, "__iter__"):
         return [_scalar(keyword, value)]
@@ -160,7 +160,7 @@ def _scalars(keyword, value):
 
 
 def _texts(keyword, option, value):
-    """Returns the texts of a value; the option is given once for each."""
+    """Returns the texts of a value. The option is repeated for each text."""
     value = _plain(value)
     if isinstance(value, Mapping):  # attenuation={"steel": 0.5}
         return [f"{_scalar(keyword, k)}={_scalar(keyword, _plain(v))}" for k, v in value.items()]
@@ -188,7 +188,7 @@ def check(call, given, more=()):
 
 
 def arguments(verb, given, place=lambda path: path):
-    """Returns keywords as arguments of a verb: "--size=640x480", …
+    """Returns the arguments of a verb for keywords: "--size=640x480", …
 
     True and False are flags and their opposites, None is left out, sequences are joined by commas ("x" for a size),
     and numbers keep all their digits. place(path) returns the worker's name of a file.

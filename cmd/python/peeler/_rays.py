@@ -89,7 +89,7 @@ class Hits:
     def _name(self, i):
         if self._arrays["bundle_perspective"][i]:
             return "camera"
-        axis = i - len(self._windows) + len(_AXES)  # they come last
+        axis = i - len(self._windows) + len(_AXES)  # the axes come last
         return _AXES[axis] if self._traced.axes and axis >= 0 else f"bundle_{i:03}"
 
     @property

@@ -70,24 +70,24 @@ class Renderer:
     Renders any number of pictures of any number of scenes. All GL work happens in a separate process, a worker, which
     keeps scenes and devices open between calls and leaves this process untouched. Use it in a `with` block, or close()
     it. Calls from several threads wait for each other; two Renderers may render at the same time. Other Python threads
-    run meanwhile. Ctrl-C ends a render, and the Renderer stays usable. A forked process, or one that gets it by pickle,
-    has a worker of its own.
+    run during a call. Ctrl-C ends a render, and the Renderer stays usable. A process that gets the Renderer by fork or
+    pickle has its own worker.
 
     device: 'auto', or a device as peeler.devices() lists it: 3, 'cuda:1', 'uuid:8932f937'
-    memory: most bytes that a call may use: '2G', 512_000_000
-    threads: processors that a call may use
+    memory: maximum number of bytes that a call may use: '2G', 512_000_000
+    threads: maximum number of threads of a call
     """
 
     def __init__(self, **keywords):
         _options.check("Renderer", keywords)
         if isinstance(keywords.get("device"), str) and keywords["device"] == "auto":
-            keywords["device"] = None  # what the command line means by leaving it out
+            keywords["device"] = None  # the default of the command line
         for keyword, value in keywords.items():
             choices = _options.keywords("Renderer")[keyword][1]["choices"]
             if value is not None and choices and value not in choices:
                 raise Error("usage", f"unknown {keyword} {value!r}", keyword, "choose one of: " + ", ".join(choices))
         self._keywords, self._arguments = keywords, {}
-        self._machine("render")  # what is no number or text is refused here
+        self._machine("render")  # refuses values other than numbers and texts
         self._device = None
         self._closed = False
         self._begin()
@@ -155,7 +155,7 @@ class Renderer:
         _options.check(call, given, (*_options.CALIBRATED, "progress"))
         progress = given.pop("progress", None)
         names = _take_camera(given)
-        if given.pop("cryptomatte", False):  # needs them
+        if given.pop("cryptomatte", False):  # needs ids
             channels = given.get("channels") or []
             channels = channels.split(",") if isinstance(channels, str) else list(channels)
             if "id" not in channels and channels != ["all"]:
@@ -184,8 +184,8 @@ class Renderer:
     def composite(self, scene, **keywords):
         """composite(scene, **keywords) -> Composite
 
-        The same picture as layers() and flatten(), without keeping the layers. method takes 'dual' and so on, and also
-        approximations ('weighted-average', 'weighted-sum', 'unsorted').
+        The same picture as layers() and flatten(), without keeping the layers. method may also be an approximation
+        ('weighted-average', 'weighted-sum', 'unsorted').
 
         {camera}
         The other keywords are those of layers(), without channels, and tail ('drop', 'blend').
@@ -274,7 +274,7 @@ def _renderer(keywords):
 
 
 def _run_quietly(verb, arguments, known_warnings=(), **keywords):
-    """Runs a verb without its warnings, which the result repeats."""
+    """Runs a verb without showing its warnings, which the result contains, too."""
     return _worker.run(verb, arguments, known_warnings=_Everything(), **keywords)
 
 

@@ -49,7 +49,7 @@ def _faces(value, vertices, corners):
 
 
 def _colors(value, rows):
-    """Returns linear colours, 0 to 1. Refuses integers other than uint8 and uint16, whose white is unknown."""
+    """Returns linear colours, 0 to 1. Refuses integers other than uint8 and uint16, because their white is unknown."""
     array = _array("colors", value)
     whites = {np.dtype(np.uint8): 255, np.dtype(np.uint16): 65535}
     white = whites.get(array.dtype, 1)
@@ -101,7 +101,7 @@ class Scene:
         self._given = {}  # arguments by verb
         self._facts = None
         self._read()
-        if not os.path.isabs(self._path):  # from now on, wherever this process goes
+        if not os.path.isabs(self._path):  # valid even if the current folder changes
             self._path = os.path.join(os.getcwd(), self._path)
         _worker.warn(self._facts["warnings"])
 
@@ -171,7 +171,7 @@ class Scene:
         return self._facts[key]
 
     def _file(self):
-        """Returns the file for the worker. Writes that of arrays again in another process, or if it is gone."""
+        """Returns the file for the worker. For arrays, writes it again if it is gone or another process owns it."""
         if self._bytes is None:
             return self._path
         if self._owned != os.getpid() or not os.path.exists(self._path):
@@ -207,7 +207,7 @@ class Scene:
 
     @property
     def materials(self):
-        """Names of the materials; the id of a material is its index + 1. The last is glTF's default one"""
+        """Names of the materials; the id of a material is its index + 1. The last is glTF's default material"""
         return list(self._known("materialNames"))
 
     @property

@@ -6,7 +6,7 @@ import inspect
 from . import _options, _worker
 from ._error import Error
 
-# Of those that return data. `batch` and `worker` run jobs themselves.
+# The verbs that return data. `batch` and `worker` run jobs instead.
 NAMES = (
     "bake", "check", "compare", "convert", "devices", "extract", "flatten", "info", "masks", "merge", "rays", "render",
     "sheet", "verify", "view",

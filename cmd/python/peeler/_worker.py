@@ -24,8 +24,8 @@ from ._error import Error
 
 _PACKAGE = os.path.dirname(os.path.abspath(__file__))
 _PROTOCOL = 1
-_AT_A_TIME = 2  # jobs, of several threads; each may use all processors
-_PATIENCE = 0.2  # seconds to wait for the end of a job that was cancelled
+_AT_A_TIME = 2  # concurrent jobs; each may use all processors
+_PATIENCE = 0.2  # seconds to wait until a cancelled job ends
 
 
 def _program():
@@ -47,7 +47,7 @@ def _program():
 
 
 class _Closed(Exception):
-    """The worker was idle for a moment, and this process has closed it."""
+    """Raised if this process has closed the worker between two jobs. The job can run again."""
 
 
 class _Worker:
@@ -55,7 +55,7 @@ class _Worker:
         program = _program()
         self.folder = _current_folder()
         self._socket, other = socket.socketpair()
-        self._socket.settimeout(None)  # whatever the default of this process is
+        self._socket.settimeout(None)  # overrides the default timeout of this process
         try:
             self._process = subprocess.Popen(
                 [program, "worker", f"--jobs={_AT_A_TIME}"], stdin=other, stdout=other, start_new_session=True
@@ -82,7 +82,7 @@ class _Worker:
             raise
 
     def run(self, verb, arguments, progress):
-        """Runs a job, and returns its result line. Ctrl-C or an exception in `progress` cancels the job."""
+        """Runs a job. Returns its result line. Ctrl-C or an exception in `progress` cancels the job."""
         answers, number, token = queue.SimpleQueue(), next(self._ids), _cancelling.get()
         self._answers[number] = answers
         job = {"id": number, "verb": verb, "args": arguments, "progress": progress is not None}
@@ -129,9 +129,9 @@ class _Worker:
                 while sent < len(data):
                     sent += self._socket.send(data[sent:], socket.MSG_NOSIGNAL)
             except OSError:
-                pass  # the reader finds that it has gone
+                pass  # the reader will notice that the worker is gone
             except BaseException:
-                if sent:  # half a line would be a part of the next one
+                if sent:  # the next line would begin with half a line
                     self._process.kill()
                 raise
 
@@ -162,7 +162,7 @@ class _Worker:
             answers.put(None)
 
     def _ending(self):
-        """Returns an Error with the reason why the worker has ended."""
+        """Returns an Error that says why the worker has ended."""
         if self._closed:
             return _Closed()
         try:
@@ -264,7 +264,7 @@ os.register_at_fork(after_in_child=_after_fork)
 
 
 def place(path):
-    """Returns a file's name for the worker, which resolves names in the folder where it was started."""
+    """Returns a file's name for the worker, which was perhaps started in another folder."""
     folder = _current_folder()
     if os.path.isabs(path) or folder is None or _get().folder == folder:
         return path
@@ -337,9 +337,9 @@ def error_of(line, names=()):
 
 
 def run(verb, arguments, progress=None, known_warnings=(), names=()):
-    """Runs a verb, and returns its result.
+    """Runs a verb. Returns its result. Raises Error if there is no result.
 
-    known_warnings: not repeated; names: see in_keywords(). Raises Error if there is no result.
+    known_warnings: warnings that are not issued again; names: see in_keywords()
     """
     if progress is not None and not callable(progress):
         raise TypeError("progress must be callable; it is called with the share of the work that is done")

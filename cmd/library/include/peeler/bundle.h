@@ -15,24 +15,23 @@
 
 namespace peeler::inline v0 {
 
-/// Returns unit vectors over the whole sphere, each for an equal solid angle: the spherical
-/// Fibonacci lattice (Swinbank & Purser 2006; Keinert et al., "Spherical Fibonacci Mapping", 2015).
+/// Returns `count` unit vectors, evenly spread over the sphere: the spherical Fibonacci lattice
+/// (Swinbank & Purser 2006; Keinert et al., "Spherical Fibonacci Mapping", 2015).
 std::vector<glm::dvec3> sphereDirections(int count);
 
 /// Returns the spherical Fibonacci lattice over the hemisphere around +Y.
 std::vector<glm::dvec3> hemisphereDirections(int count);
 
 /// Returns the axes of a bundle along `direction` (of any length but 0). The columns are unit
-/// vectors in world space: right, up and backward (against the direction). Up is as close as
-/// possible to +Y, or to +Z for directions along Y. Finally, right and up are turned by `roll`
-/// (radians) about the direction.
+/// vectors in world space: right, up and backward (against the direction). Before the roll, up is
+/// as close as possible to +Y, or to +Z for directions along Y. `roll` (radians) turns right and up
+/// about the direction.
 glm::dmat3 bundleSides(const glm::dvec3& direction, double roll = 0);
 
-/// The ray density and placement of a bundle. The density is a ray count along the longer side, or
-/// a spacing.
+/// The density and placement of a bundle's rays.
 struct RayGrid {
     int resolution = 1024;
-    double spacing = 0;     ///< scene units; 0 = use the resolution
+    double spacing = 0;     ///< scene units; 0 = computed from the resolution
     double roll = 0;        ///< radians, about the direction
     glm::dvec2 shift{0.5};  ///< position of each ray within its grid cell, 0–1, y down
 };
@@ -46,25 +45,24 @@ struct Bundle {
 
     bool parallel() const { return !view.projection.perspective; }
     std::size_t rays() const { return view.crop.pixels(); }
-    /// Return unit vectors in world space: the viewing axis, and the directions of the picture's
-    /// sides.
+    /// Return unit vectors in world space. direction() is the viewing axis.
     glm::dvec3 direction() const { return -glm::dvec3(view.camera_to_world[2]); }
     glm::dvec3 right() const { return glm::dvec3(view.camera_to_world[0]); }
     glm::dvec3 up() const { return glm::dvec3(view.camera_to_world[1]); }
-    /// Returns the point with t = 0: the centre of the plane where parallel rays start, or the eye.
+    /// Returns the camera's position, where t = 0: the eye, or for parallel rays the centre of the
+    /// plane where they start.
     glm::dvec3 origin() const { return glm::dvec3(view.camera_to_world[3]); }
-    /// Returns the width and height of the grid in scene units; for a pinhole bundle, those at
-    /// distance 1.
+    /// Returns the width and height of the grid in scene units, at distance 1 for a pinhole bundle.
     glm::dvec2 size() const {
         return 2.0 * glm::dvec2(view.projection.half_width, view.projection.half_height);
     }
-    /// Returns the distance t from the ray's origin to a hit at camera Z 1, on the ray of pixel (x,
-    /// y).
+    /// Returns the ratio of t, the distance from the ray's origin, to camera Z on the ray of pixel
+    /// (x, y).
     double tScale(int x, int y) const;
 };
 
 /// Returns parallel rays along `direction` (of any length but 0) that cover the projection of
-/// `area` and span `scene` in depth. The sides are those of bundleSides(). Throws Error (kUsage) if
+/// `area` and span `scene` in depth. The axes are those of bundleSides(). Throws Error (kUsage) if
 /// there would be more than 2^30 rays or 65536 on a side.
 Bundle parallelBundle(std::string name, const Bounds& area, const Bounds& scene,
                       const glm::dvec3& direction, const RayGrid& grid);
@@ -72,7 +70,7 @@ Bundle parallelBundle(std::string name, const Bounds& area, const Bounds& scene,
 /// Bundles along +X, +Y and +Z (a layered depth normal image: Chen & Wang 2008) on a common lattice
 /// of cubes. All rays go through cell centres.
 struct AxisBundles {
-    std::vector<Bundle> bundles;  ///< three
+    std::vector<Bundle> bundles;  ///< along +X, +Y and +Z, in this order
     glm::dvec3 corner{0};         ///< minimum corner of the first cell, world space
     double spacing = 0;           ///< side of a cell, scene units
     glm::ivec3 cells{0};          ///< number of cells along x, y, z
@@ -80,9 +78,9 @@ struct AxisBundles {
 AxisBundles axisBundles(const Bounds& area, const Bounds& scene, const RayGrid& grid);
 
 /// Returns the bundles' views with display windows of one size, which OpenEXR requires for all
-/// parts of a file. The rays stay the same; the crop of a smaller view is centred. An odd margin
-/// moves the camera of a parallel bundle by half a pixel. Throws Error (kUsage) if a pinhole bundle
-/// would have to move.
+/// parts of a file. The rays stay the same; each crop is centred in the window. If the margin is an
+/// odd number of pixels, the camera of a parallel bundle moves by half a pixel. Throws Error
+/// (kUsage) if a pinhole bundle would have to move.
 std::vector<View> withCommonDisplay(std::span<const Bundle> bundles);
 
 }  // namespace peeler::inline v0

@@ -29,18 +29,18 @@ struct Intrinsics {
     bool operator==(const Intrinsics&) const = default;
 };
 
-/// Returns the intrinsics of a view, as if its crop were the whole picture. These are the ones the
-/// view was made from (CameraChoice::intrinsics) or, if several give the same view to the last bit,
-/// those with the fewest digits. If no focal length gives exactly the view's half widths (for a
-/// view made from a field of view), returns the nearest. Throws Error (kUsage) if the view is
+/// Returns the intrinsics of a view's crop. As CameraChoice::intrinsics they give the same view to
+/// the last bit, if any intrinsics do; if several do, these have the fewest digits. Otherwise (for
+/// a view made from a field of view), returns the nearest. Throws Error (kUsage) if the view is
 /// orthographic.
 Intrinsics intrinsicsOf(const View& view);
 
-/// A scene camera, or a camera given by numbers. The default is the scene's first camera. In a
-/// scene without cameras, and for numbers that are left out, the camera is placed so that it frames
-/// the whole scene.
+/// A scene camera, or a camera given by numbers. The default is the scene's first camera. If the
+/// scene has no camera, or some of the numbers are not given, the camera is placed so that it
+/// frames the whole scene.
 struct CameraChoice {
-    /// A name, or an index in draw order. "light:" with a light's name or index selects a light.
+    /// The camera's name, or its index in draw order. "light:", followed by a light's name or
+    /// index, selects that light.
     std::optional<std::string> camera{};
     /// World space; `up` is not 0.
     std::optional<glm::dvec3> eye{}, target{}, up{};
@@ -50,8 +50,8 @@ struct CameraChoice {
     std::optional<double> fov{};           ///< vertical, degrees
     std::optional<double> ortho_height{};  ///< scene units
     /// Replaces the field of view of any camera; `size` must have a height. The picture becomes a
-    /// crop of a larger one centred on the axis (View::width); View::sample is the position, within
-    /// the pixel that the axis passes through, at which it does so.
+    /// crop of a larger one that is centred on the axis (View::width). View::sample holds the
+    /// offset that is a fraction of a pixel.
     std::optional<Intrinsics> intrinsics{};
     std::optional<double> near{}, far{};  ///< scene units
     Size size{1280, 720};

@@ -18,14 +18,14 @@ namespace peeler::inline v0 {
 
 /// The set of fragments to capture (core/README.md, "What a fragment is").
 enum class Surfaces : std::uint8_t {
-    kAll,         ///< all; opaque surfaces hide nothing
-    kVisible,     ///< up to the nearest opaque surface, included: OPAQUE or MASK, not transmissive
+    kAll,         ///< all, also those behind opaque surfaces
+    kVisible,     ///< up to and including the nearest opaque one: OPAQUE or MASK, not transmissive
     kTransparent  ///< as kVisible, without the opaque fragments
 };
 
 /// The sides of triangles to rasterise.
 enum class Faces : std::uint8_t {
-    kGltf,   ///< front or both, by the material's doubleSided
+    kGltf,   ///< both if the material is doubleSided, else front faces only
     kFront,  ///< front faces only
     kBack,   ///< back faces only
     kBoth
@@ -39,7 +39,7 @@ enum class Shading : std::uint8_t { kPbr, kUnlit };
 /// area.
 enum class HitMode : std::uint8_t {
     kNone,     ///< a picture
-    kRefined,  ///< Z recomputed from the primitive in double precision; hits sorted by that
+    kRefined,  ///< Z recomputed from the primitive in double precision; hits sorted by this Z
     kRaw,      ///< Z as rasterised
     kSloped    ///< Z as rasterised; depth slopes in place of colour (LayeredImage::color)
 };
@@ -56,8 +56,8 @@ struct CaptureSettings {
     Surfaces surfaces = Surfaces::kAll;
     Faces faces = Faces::kGltf;
     Shading shading = Shading::kPbr;
-    bool shadows = false;      ///< cast by directional and spot lights, also the built-in light
-    int shadow_size = 2048;    ///< texels per side of each light's shadow map
+    bool shadows = false;    ///< cast by directional and spot lights, including the built-in light
+    int shadow_size = 2048;  ///< texels per side of each light's shadow map
     bool opaque_only = false;  ///< skip materials that are BLEND or transmissive
     /// Side, in pixels, of the square drawn around a point. A point whose centre is outside the
     /// picture is not drawn. In pictures of several raster tiles (4096 x 4096 pixels), it is drawn
@@ -75,14 +75,15 @@ struct CaptureSettings {
     /// extra channels.
     std::vector<Channel> channels{};
     std::uint32_t max_layers = 0;  ///< number of layers to keep, nearest first; 0 = all
-    /// Between 0 and 1. The first layer that covers a smaller share of the pixels becomes the last.
+    /// A share of the pixels, 0 to 1. The first layer that covers less than this share is the last
+    /// to be kept.
     double occlusion_ratio = 0;
     Tail tail = Tail::kDrop;
     int samples = 1;  ///< sub-pixel samples per pixel, merged into one picture
     /// Composites each band before the sink gets it: the band then has at most one fragment per
     /// pixel, in 32-bit float.
     bool composite = false;
-    MemoryBudget memory{};                    ///< for the whole process, less MemoryBudget::base
+    MemoryBudget memory{};  ///< for the whole process, not counting MemoryBudget::base
     std::uint64_t band_bytes = 384ULL << 20;  ///< maximum size of a band; less if memory is tight
 
     /// Returns the number of bytes per fragment in LayeredImage::color.

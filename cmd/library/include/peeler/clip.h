@@ -12,8 +12,8 @@
 namespace peeler::inline v0 {
 
 /// A clip volume: the intersection of all half-spaces and the interior of the closed meshes,
-/// including their surfaces. After Everitt 2001: the second depth test of peeling "can have an
-/// arbitrary location".
+/// including their surfaces. The idea is from Everitt 2001: the second depth test of peeling "can
+/// have an arbitrary location".
 struct ClipVolume {
     /// The points p in world space with dot(normal, p) >= offset.
     struct HalfSpace {

@@ -39,8 +39,7 @@ struct CompositeImage {
     Window window;
     std::vector<std::array<float, 4>> rgba;
     std::vector<float> z;
-    /// Per pixel, the opacities AR, AG, AB. Empty unless opacity is coloured; A then applies to
-    /// every channel.
+    /// AR, AG and AB of each pixel. If empty, A applies to every channel.
     std::vector<std::array<float, 3>> opacity{};
     std::vector<FragmentArray> extra{};  ///< further channels, one record per pixel
 
@@ -87,10 +86,10 @@ struct CompositeImage {
 };
 
 /// Composites front to back with "over" on premultiplied colours (Porter & Duff 1984): C += (1 −
-/// A)·c, A += (1 − A)·a, in 32-bit float, in list order. With coloured opacity each channel uses
-/// its own alpha; the order of operations is the same, so a pixel whose opacities are equal gets
-/// the same bits as without. `background` (premultiplied) is composited last; zeros have no effect.
-/// Overwrites `out` and reuses its storage.
+/// A)·c, A += (1 − A)·a, in 32-bit float, in list order. With coloured opacity, each channel uses
+/// its own alpha; pixels with equal opacities get the same bits as without coloured opacity.
+/// `background` (premultiplied) is composited last; zeros have no effect. Overwrites `out` and
+/// reuses its storage.
 void compositeOver(const LayeredImage& image, const std::array<float, 4>& background,
                    CompositeImage& out);
 

@@ -19,7 +19,7 @@ enum class ErrorKind : int {
     kInput = 3,       ///< an input file is unreadable or invalid
     kOutput = 4,      ///< an output could not be written
     kDevice = 5,      ///< no usable GL device, or it was lost
-    kIncomplete = 6,  ///< fragments were dropped although the caller forbids that
+    kIncomplete = 6,  ///< fragments were dropped, but the caller requires all of them
     kMemory = 33,     ///< out of memory, or over the budget
 };
 
@@ -35,13 +35,13 @@ class Error : public std::runtime_error {
     const std::string& where() const noexcept { return where_.str(); }
     const std::string& hint() const noexcept { return hint_.str(); }
 
-    /// Return the three texts with their parameters as Parameter values, for programs that have
-    /// their own names for these.
+    /// Return the texts with their parameters as Parameter values, so that programs can substitute
+    /// their own names.
     const Text& whatText() const noexcept { return what_; }
     const Text& whereText() const noexcept { return where_; }
     const Text& hintText() const noexcept { return hint_; }
 
-    /// Returns the same error with another place.
+    /// Returns the same error with another `where`.
     Error at(Text where) const { return {kind_, what_, std::move(where), hint_}; }
 
   private:

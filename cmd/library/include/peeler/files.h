@@ -19,15 +19,15 @@
 namespace peeler::inline v0 {
 
 /// Reads a scene file for Shown::scene: glTF, PLY, STL or OBJ, recognised by content. Throws Error
-/// (kInput).
+/// (kInput) if the file is unreadable or invalid.
 std::shared_ptr<const Scene> readScene(const std::filesystem::path& path,
                                        const SceneReadOptions& options = {});
 
 /// Returns a sink that writes a file. The extension and `options.as` select the format: layers as
 /// .exr (plain, or `options.layout`), "deep" .exr, composites as .exr, .png, .jpg, .tif, pages as
 /// .html. The file appears under its name when finish() returns; if the sink is destroyed earlier,
-/// no file is left. Throws Error (kUsage), with the list of choices, if a name is unknown. begin()
-/// and write() throw Error (kOutput).
+/// no file is left. Throws Error (kUsage), with the list of choices, if the extension or a name in
+/// the options is unknown. begin() and write() throw Error (kOutput).
 std::unique_ptr<Sink> openFile(const std::string& path, const OutputOptions& options = {});
 
 /// A layered picture in memory.
@@ -35,7 +35,7 @@ struct StoredLayers {
     Plan plan;  ///< view, layers, fragment counts
     LayeredImage image;
     Provenance provenance;
-    std::vector<Text> warnings{};  ///< deviations from the file's content
+    std::vector<Text> warnings{};  ///< about the file's header and data
 };
 
 /// Reads layered files in any layout, deep files, and flat pictures as one layer. Throws Error

@@ -43,11 +43,11 @@ struct FragmentArray {
 };
 
 /// The channel names of a colour in OpenEXR: premultiplied colour, alpha, and for coloured opacity
-/// the alpha of each colour channel. A is then the mean of these.
+/// the alpha of each colour channel. With coloured opacity, A is the mean of AR, AG and AB.
 inline constexpr std::array kColorNames = {"R", "G", "B", "A", "AR", "AG", "AB"};
 inline constexpr std::size_t kPlainComponents = 4, kTintedComponents = 7;
 
-/// Returns the number of colour components; if `tinted`, includes the alpha of each colour channel.
+/// Returns the number of colour components, including AR, AG and AB if `tinted`.
 inline constexpr std::size_t colorComponents(bool tinted) {
     return tinted ? kTintedComponents : kPlainComponents;
 }
@@ -68,13 +68,14 @@ struct LayeredImage {
     std::vector<std::uint32_t> offsets;  ///< window.pixels() + 1 entries, offsets[0] = 0
     std::vector<float> z;                ///< camera Z, positive in front, scene units
     /// R,G,B,A, or with coloured opacity R,G,B,A,AR,AG,AB (colorNames); linear Rec. 709,
-    /// premultiplied; half or float. Ray hits have no colour, or with HitMode::kSloped dDepth.X and
-    /// dDepth.Y (float): the change in buffer depth from one pixel's ray to the next, y up.
+    /// premultiplied; half or float. Empty for ray hits, except with HitMode::kSloped: then
+    /// dDepth.X and dDepth.Y (float), the change in buffer depth from one pixel's ray to the next,
+    /// y up.
     FragmentArray color;
     std::vector<FragmentArray> extra;  ///< the other requested quantities
 
     std::size_t fragments() const { return z.size(); }
-    /// Whether opacity is coloured: AR, AG, AB besides A.
+    /// Whether opacity is coloured (`color` has AR, AG and AB).
     bool tinted() const { return color.components() == kTintedComponents; }
     std::size_t pixelIndex(int x, int y) const {
         return static_cast<std::size_t>(y - window.y0) * static_cast<std::size_t>(window.width()) +
@@ -92,7 +93,7 @@ class FragmentChannel {
 
     explicit operator bool() const { return array_ != nullptr; }
     PixelType type() const { return array_->type; }
-    /// Returns the stored bytes of a fragment's value: pixelTypeSize(type()) of them.
+    /// Returns the stored value of a fragment, pixelTypeSize(type()) bytes.
     const std::byte* data(std::size_t fragment) const;
     /// Returns the value. The channel must have type uint.
     std::uint32_t id(std::size_t fragment) const;

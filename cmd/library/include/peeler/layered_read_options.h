@@ -15,9 +15,9 @@ struct LayeredReadOptions {
     bool strict = false;  ///< warnings become an Error (kInput)
     std::string part{};   ///< name of a part or layer; "" = the first that has colours
     std::string view{};   ///< name of a view; "" = the file's default
-    /// The output format has no header and no pixels outside the display window. Such pixels are
-    /// not read, and header attributes that affect the remaining pixels (chromaticities,
-    /// pixelAspectRatio) cause a warning.
+    /// Whether the output format has neither a header nor pixels outside the display window. Then
+    /// such pixels are not read, and header attributes that affect the other pixels
+    /// (chromaticities, pixelAspectRatio) cause a warning.
     bool pixels_only = false;
 
     bool choosesPicture() const { return !part.empty() || !view.empty(); }

@@ -45,7 +45,7 @@ struct Clearcoat {
     float factor = 0, roughness = 0;
     TextureRef texture;            ///< linear; R channel
     TextureRef roughness_texture;  ///< linear; G channel
-    TextureRef normal_texture;     ///< linear; none: the geometric normal
+    TextureRef normal_texture;     ///< linear; without it, the geometric normal is used
     float normal_scale = 1;
 };
 

@@ -19,14 +19,14 @@ namespace peeler::inline v0 {
 /// Valid after finish().
 struct DisplayOutcome {
     float exposure = 0;               ///< stops
-    std::uint64_t raised_pixels = 0;  ///< whose alpha was raised so that it can hold their colour
+    std::uint64_t raised_pixels = 0;  ///< pixels whose alpha was raised to hold their colour
 };
 
 /// Options for fragment lists as dense planes: plane k holds the k-th fragment of every pixel.
 struct DenseSettings {
     std::uint32_t layers = 0;  ///< planes, from the front; 0 = one per layer of the picture
     PixelType type = PixelType::kFloat;  ///< for quantities that are not integers: kFloat or kHalf
-    /// The value of such quantities where a pixel has no k-th fragment.
+    /// The value of non-integer quantities where a pixel has no k-th fragment.
     double fill = std::numeric_limits<double>::quiet_NaN();
     bool repeat_last = false;  ///< fill with the pixel's last fragment instead; NaN if it has none
 };

@@ -34,7 +34,7 @@ struct Shown {
     bool colored_glass = true;
 };
 
-/// Returns the bounding box of the visible geometry; nothing if there are no vertices.
+/// Returns the bounding box of the visible geometry, or nothing if there are no vertices.
 std::optional<Bounds> boundsOf(const Shown& shown);
 
 /// Returns the view of a camera. Throws Error (kUsage) if the scene lacks the camera (the message
@@ -52,8 +52,8 @@ struct RendererOptions {
     /// works, or the CPU if no GPU does.
     std::string device;
     bool require_gpu = false;  ///< throw an Error instead of falling back to the CPU
-    /// Maximum number of bytes that a call may add to those the process holds when the call begins;
-    /// 0 = no limit.
+    /// Maximum number of bytes by which a call may increase the memory of the process; 0 = no
+    /// limit.
     std::uint64_t memory = 0;
     /// A function that returns GL functions by name (eglGetProcAddress, glfwGetProcAddress). If
     /// set, the Renderer borrows the context that is current in its constructor instead of creating

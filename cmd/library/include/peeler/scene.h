@@ -67,13 +67,13 @@ struct MorphTarget {
 /// The location of a primitive in its file, for code that adds data to the file.
 struct PrimitiveSource {
     std::size_t primitive = 0;  ///< index within the file's mesh
-    /// Index, among the file's vertices, of the first one that is kept.
+    /// Index of the first vertex that is kept, among the file's vertices.
     std::size_t first_vertex = 0;
     std::size_t vertices = 0;  ///< number of vertices in the file, decoded
 };
 
-/// A draw primitive: vertex arrays, each of the same length or empty if the file lacks it, and an
-/// index list (empty: the vertices in order). Readers check that every index is in range.
+/// A draw primitive: vertex arrays of equal length (empty if the file lacks one) and an index list
+/// (empty = the vertices in order). Readers check that every index is in range.
 struct Primitive {
     Topology topology = Topology::kTriangles;
     int material = 0;  ///< index into Scene::materials, always valid
@@ -141,7 +141,7 @@ struct Node {
     std::string name;
     std::vector<int> children;
     glm::dmat4 local{1};     ///< at rest
-    std::optional<Trs> trs;  ///< parts of `local`; none: a matrix, which cannot be animated
+    std::optional<Trs> trs;  ///< parts of `local`; none = only a matrix, which cannot be animated
     int mesh = -1;
     int skin = -1;  ///< deforms the mesh, and replaces the node's transform
     int camera = -1;
@@ -151,7 +151,7 @@ struct Node {
     /// EXT_mesh_gpu_instancing: the transform of each instance, relative to the node; none = a
     /// single instance at the node.
     std::optional<std::vector<glm::dmat4>> instances;
-    /// glTF's `extras`: keys, and values that are strings, numbers or booleans, as text.
+    /// glTF's `extras`: keys and values (strings, numbers and booleans) as text.
     std::vector<std::pair<std::string, std::string>> extras{};
 };
 
@@ -222,7 +222,7 @@ struct Bounds {
 /// are valid.
 void checkScene(const Scene& scene);
 
-/// Returns a node's own name, or if it has none "node 12".
+/// Returns a node's name, or "node 12" if it has no name.
 std::string nodeName(const Scene& scene, std::size_t node);
 
 /// Returns the nodes without a parent, in order.
@@ -231,8 +231,8 @@ std::vector<int> rootsOf(const std::vector<Node>& nodes);
 /// Gives every primitive the material for a variant (an index into Scene::variants).
 void chooseVariant(Scene& scene, std::size_t variant);
 
-/// The names of objects and materials. The name with index i belongs to id i + 1, which is the
-/// index in the glTF file plus 1. No fragment has id 0.
+/// The names of objects and materials. Index i, which is also the index in the glTF file, has id i
+/// + 1. No fragment has id 0.
 struct IdNames {
     std::vector<std::string> objects;    ///< one per node
     std::vector<std::string> materials;  ///< the last is glTF's default material
@@ -243,8 +243,8 @@ struct IdNames {
     bool operator==(const IdNames&) const = default;
 };
 
-/// Returns the names of nodes and materials, and the nodes' parents. Unnamed ones are called
-/// nodeName(), "material 3" or "default material". Names need not be unique.
+/// Returns the names of nodes and materials, and the nodes' parents. Unnamed nodes are called
+/// nodeName(), unnamed materials "material 3" or "default material". Names need not be unique.
 IdNames idNames(const Scene& scene);
 
 }  // namespace peeler::inline v0

@@ -13,9 +13,9 @@ namespace peeler::inline v0 {
 
 enum class Axis : std::uint8_t { kX, kY, kZ };
 
-/// Options for reading scenes. Those in GltfOptions apply to every format that has the feature. The
-/// others are for PLY, STL and OBJ, whose formats do not specify axes, units and smoothing. The
-/// glTF reader ignores those options with a warning, since glTF specifies all three.
+/// Options for reading scenes. The GltfOptions apply to every format that has the feature. The
+/// fields below are for PLY, STL and OBJ, which do not specify axes, units and smoothing. glTF
+/// specifies all three, so its reader ignores these fields with a warning.
 struct SceneReadOptions : GltfOptions {
     std::optional<Axis> up;                 ///< the file's axis that becomes +Y; none: y
     std::optional<double> metres_per_unit;  ///< scale from the file's unit to metres; none: 1

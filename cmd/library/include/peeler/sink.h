@@ -33,7 +33,7 @@ struct Plan {
     PixelType color_type = PixelType::kHalf;
     bool tinted = false;            ///< opacity is coloured (LayeredImage::tinted)
     std::size_t channel_bytes = 0;  ///< bytes per fragment besides colour and Z
-    /// The extra arrays that bands have, without data; also empty if unknown.
+    /// The extra arrays of bands, without data. May also be empty because they are unknown.
     std::vector<FragmentArray> channels{};
     int samples = 1;  ///< sub-pixel samples per pixel; if several, the counts are after merging
 
@@ -69,12 +69,12 @@ struct Provenance {
     std::vector<StoredAttribute> carried{};
 };
 
-/// The memory that a sink needs besides its current band. Under a budget, the capture sets it
-/// aside.
+/// The memory that a sink needs besides its current band. The capture reserves it within its
+/// budget.
 struct SinkMemory {
     int rows = 0;                      ///< rows of fragments kept from one band to the next
     std::uint64_t bytes = 0;           ///< fixed number of bytes, independent of the bands
-    std::uint64_t pixel_bytes = 0;     ///< bytes per pixel, for those rows and the current band
+    std::uint64_t pixel_bytes = 0;     ///< bytes per pixel, for the kept rows and the current band
     std::uint64_t fragment_bytes = 0;  ///< bytes per fragment of the current band
     int bands = 0;                     ///< bands that the sink keeps while the next one is made
 };
@@ -88,7 +88,7 @@ class Sink {
     /// Called once, before the first band.
     virtual void begin(const Plan& plan) = 0;
     /// Consumes a band, which the sink may keep or change. The caller reuses the storage that the
-    /// sink leaves in `band`, which may be an earlier band's.
+    /// sink leaves in `band`, for example that of an earlier band.
     virtual void write(LayeredImage&& band) = 0;
     /// Called once, after the last band. When it returns, the output is complete.
     virtual void finish() = 0;

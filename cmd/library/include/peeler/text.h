@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Text of errors and warnings that knows which of its words are parameters, so that command line
-// and Python can use their own names for them.
+// Text of errors and warnings with marked parameter names, which the command line and Python
+// replace by their own.
 #pragma once
 
 #include <cstddef>
@@ -82,10 +82,10 @@ enum class Parameter : std::uint8_t {
 /// Returns the parameter's name in the C++ API: "max_layers".
 std::string_view nameOf(Parameter parameter);
 
-/// The text of a message: words, and parameters between them. As a string, each parameter is its
-/// C++ name in backquotes: "choose a smaller `size`". spelled() replaces these by the names used
-/// elsewhere (options, Python arguments), but leaves words alone that merely look like a parameter,
-/// such as a file's name.
+/// The text of a message: words with parameters between them. As a string, each parameter is its
+/// C++ name in backquotes: "choose a smaller `size`". spelled() replaces these names by other ones
+/// (options, Python arguments), but not words that merely look like a parameter, such as a file's
+/// name.
 class Text {
   public:
     Text() = default;

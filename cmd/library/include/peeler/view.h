@@ -56,9 +56,9 @@ struct View {
     bool known = true;               ///< false: camera unknown, the file has only the windows
 };
 
-/// Returns the world-space point at camera Z `z` (scene units) on the ray through (x, y). These are
-/// in pixels from the upper left corner of the display window, y down: the centre of pixel (i, j)
-/// is (i + 0.5, j + 0.5), and its sample is (i, j) + `view.sample`.
+/// Returns the world-space point at camera Z `z` (scene units) on the ray through (x, y). `x` and
+/// `y` are in pixels from the upper left corner of the display window, y down: the centre of pixel
+/// (i, j) is (i + 0.5, j + 0.5), and its sample is (i, j) + `view.sample`.
 glm::dvec3 worldPosition(const View& view, double x, double y, double z);
 
 }  // namespace peeler::inline v0
