@@ -18,6 +18,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import textwrap
 import threading
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
@@ -36,6 +37,7 @@ THREE_VERSION = "0.187.0"
 # In three.js the middle of an environment picture is along +X, in peeler along +Z.
 ROTATION = "90"
 LEAST = 30.0  # in dB; a picture with a lower PSNR needs a reason (reasons.py)
+CLOSE = 35.0  # in dB; pictures with at least this PSNR are listed below the table
 PAGE = Path(__file__).resolve().parent / "three_page.html"
 
 
@@ -86,9 +88,23 @@ def reasons(rows: Dict[str, Measured]) -> str:
     far: Dict[str, List[str]] = {}
     for scene, measured in rows.items():
         if measured.psnr < LEAST:
-            far.setdefault(THREE.get(scene, "Not looked into"), []).append(f"{scene} ({measured.psnr:.1f} dB)")
+            far.setdefault(THREE.get(scene, "Not looked into"), []).append(scene)
     lines = [f"- **{reason}.** {'; '.join(scenes)}." for reason, scenes in far.items()]
-    return "\n".join(["", f"Below {LEAST:g} dB, and why:", "", *lines]) if lines else f"\nNothing is below {LEAST:g} dB."
+    return "\n".join(["", f"Below {LEAST:g} dB:", "", *lines]) if lines else f"\nNothing is below {LEAST:g} dB."
+
+
+def table(rows: Dict[str, Measured]) -> str:
+    """Returns the table of the pictures, and the list of those that hardly differ."""
+    lines = [line(scene, measured) for scene, measured in rows.items() if measured.psnr < CLOSE]
+    close = {scene: measured for scene, measured in rows.items() if measured.psnr >= CLOSE}
+    text = "\n".join(["| scene | PSNR, dB | FLIP | luminance |", "| --- | ---: | ---: | ---: |", *lines])
+    if close:
+        ratios = [measured.luminance for measured in close.values()]
+        listed = "; ".join(f"{scene} ({measured.psnr:.1f})" for scene, measured in close.items())
+        far = max(measured.flip for measured in close.values())
+        text += "\n\n" + textwrap.fill(f"From {CLOSE:g} dB (FLIP up to {far:.3f}, luminance {min(ratios):.3f} to "
+                                       f"{max(ratios):.3f}): {listed}.", 120, break_on_hyphens=False)
+    return text
 
 
 def install(build: Path) -> Path:
@@ -273,7 +289,7 @@ class Bench:
         return compared(ours, theirs)
 
 
-def scenes(assets: Path, scratch: Path, only: Optional[List[str]], skipped: List[str]) -> Iterator[Scene]:
+def scenes(assets: Path, scratch: Path, only: Optional[List[str]], missing: List[str]) -> Iterator[Scene]:
     for name, made in MADE.items():
         if only is None or name in only:
             path = scratch / name.replace(":", "") / "ball.glb"
@@ -287,7 +303,7 @@ def scenes(assets: Path, scratch: Path, only: Optional[List[str]], skipped: List
         if path.is_file():
             yield Scene(name, path, "studio")
         else:
-            skipped.append(f"{name}: no {model}")
+            missing.append(name)
 
 
 def main() -> int:
@@ -304,21 +320,22 @@ def main() -> int:
         save(folder / f"{name}.exr", image)
     browser = Browser(install(options.build.resolve()), images)
     bench = Bench(options.build.resolve() / "peeler", folder, options.size, options.samples, browser)
+    missing: List[str] = []
     skipped: List[str] = []
     rows: Dict[str, Measured] = {}
-    print("| scene | PSNR, dB | FLIP | luminance |\n| --- | ---: | ---: | ---: |", flush=True)
     try:
         with tempfile.TemporaryDirectory() as scratch:
             only = options.only.split(";") if options.only else None
-            for scene in scenes(ASSETS, Path(scratch), only, skipped):
+            for scene in scenes(ASSETS, Path(scratch), only, missing):
                 try:
                     rows[scene.name] = bench.measured(scene)
-                    print(line(scene.name, rows[scene.name]), flush=True)
+                    say(line(scene.name, rows[scene.name]))
                 except RuntimeError as error:
                     skipped.append(f"{scene.name}: {error}")
     finally:
         browser.close()
-    print(reasons(rows), flush=True)
+    print(table(rows), reasons(rows), sep="\n")
+    skipped += [f"{', '.join(missing)}: missing"] if missing else []
     print("".join(f"\nSkipped: {why}." for why in skipped), end="\n" if skipped else "")
     say(f"pictures in {folder}")
     return 0

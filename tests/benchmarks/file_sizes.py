@@ -4,7 +4,7 @@
 
     python3 tests/benchmarks/file_sizes.py PEELER SCENE... [--size 1920x1080] [--runs 3] [-- OPTIONS OF RENDER]
 
-A cell is the file's size and the milliseconds of encoding and writing; of the runs the quickest counts.
+The columns of a scene are the file's size, and the milliseconds of encoding and writing in the fastest run.
 """
 import argparse
 import json
@@ -18,17 +18,17 @@ FORMS = (  # labels of rows, and options of render
     ("layers, zips", ("--compression", "zips")),
     ("layers, rle", ("--compression", "rle")),
     ("layers, none", ("--compression", "none")),
-    ("layers, zip, `--layout nuke`", ("--layout", "nuke")),
-    ("layers, zip, `--layout single-part`", ("--layout", "single-part")),
-    ("layers, zip, `--layout per-file`", ("--layout", "per-file")),
-    ("layers, zip, `--precision float`", ("--precision", "float")),
-    ("layers, zip, `--channels id`", ("--channels", "id")),
-    ("layers, zip, `--channels normal,position`", ("--channels", "normal,position")),
+    ("`--layout nuke`", ("--layout", "nuke")),
+    ("`--layout single-part`", ("--layout", "single-part")),
+    ("`--layout per-file`", ("--layout", "per-file")),
+    ("`--precision float`", ("--precision", "float")),
+    ("`--channels id`", ("--channels", "id")),
+    ("`--channels normal,position`", ("--channels", "normal,position")),
     ("deep, zips (default)", ("--as", "deep")),
     ("deep, rle", ("--as", "deep", "--compression", "rle")),
     ("deep, none", ("--as", "deep", "--compression", "none")),
-    ("deep, zips, `--channels id`", ("--as", "deep", "--channels", "id")),
-    ("deep, zips, `--deep-merge exact`", ("--as", "deep", "--deep-merge", "exact")),
+    ("deep, `--channels id`", ("--as", "deep", "--channels", "id")),
+    ("deep, `--deep-merge exact`", ("--as", "deep", "--deep-merge", "exact")),
 )
 
 
@@ -53,12 +53,13 @@ def main() -> None:
     own, _, more = " ".join(sys.argv[1:]).partition(" -- ")
     options = parser.parse_args(own.split())
 
-    print("| | " + " | ".join(pathlib.Path(scene).stem for scene in options.scenes) + " |")
-    print("| --- |" + " ---: |" * len(options.scenes))
+    names = [pathlib.Path(scene).stem for scene in options.scenes]
+    print("| | " + " | ".join(f"{name}, MB | {name}, ms" for name in names) + " |")
+    print("| --- |" + " ---: |" * 2 * len(names))
     for name, form in FORMS:
         cells = [quickest(options.peeler, scene, options.size, options.runs, [*form, *more.split()])
                  for scene in options.scenes]
-        print(f"| {name} | " + " | ".join(f"{size / 1e6:.1f} MB, {time:.0f} ms" for size, time in cells) + " |",
+        print(f"| {name} | " + " | ".join(f"{size / 1e6:.1f} | {time:.0f}" for size, time in cells) + " |",
               flush=True)
 
 

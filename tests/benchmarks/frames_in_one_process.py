@@ -60,7 +60,7 @@ def main():
             if any(s != sums[0] for s in sums):
                 sys.exit(f"{scene}: the files differ")
             one, many = (1000 * t / options.frames for t in best)
-            name = pathlib.Path(scene).name
+            name = " ".join([pathlib.Path(scene).stem, *more])
             print(f"| {name} | {options.frames} | {one:.0f} | {many:.0f} | {one / many:.2f} |")
 
 

@@ -29,12 +29,9 @@ def alone(bench: Bench, path: Any, width: int, height: int, what: str, *more: An
             *more]
 
 
-def beside_embree(bench: Bench, result: Dict[str, Any]) -> str:
-    """Returns remarks for a row of hits, in addition to its times."""
-    ours, theirs = (statistics.median(result["milliseconds"][key]) for key in ("hits", "embree"))
-    build = statistics.median(result["embree"]["build"][-bench.runs:])
-    return (f"{result['embree']['triangles'] / 1e6:.2f} M triangles; {result['hits'] / 1e6:.2f} / "
-            f"{result['embree']['hits'] / 1e6:.2f} M hits; elapsed {ours:.0f} / {theirs:.0f} ms; hierarchy {build:.0f} ms")
+def equal(ours: int, theirs: int) -> str:
+    """Returns two numbers in millions, or one if they look the same."""
+    return " / ".join(dict.fromkeys(f"{number / 1e6:.2f}" for number in (ours, theirs)))
 
 
 def bundle(bench: Bench) -> Rows:
@@ -46,7 +43,8 @@ def bundle(bench: Bench) -> Rows:
             result = engine(bench, path, width, height, "--runs", bench.runs)
             yield Row("all hits of a bundle, sorted, processor time", name, f"{width}x{height}", EMBREE,
                       *(result["processor"][key] for key in ("hits", "embree")), known[name][2],
-                      note=beside_embree(bench, result), ours_alone=alone(bench, path, width, height, "hits"))
+                      details={"hits, M": equal(result["hits"], result["embree"]["hits"])},
+                      ours_alone=alone(bench, path, width, height, "hits"))
 
 
 def bundles(bench: Bench) -> Rows:
@@ -57,26 +55,24 @@ def bundles(bench: Bench) -> Rows:
                 say(f"hits of 64 bundles: {name}, resolution {width}")
                 many = ("--bundles", 64)
                 result = engine(bench, path, width, 1, "--runs", bench.runs, *many)
-                yield Row("all hits of 64 bundles, sorted, processor time", name, f"64 of {width}", EMBREE,
+                yield Row("all hits of 64 bundles, sorted, processor time", name, f"resolution {width}", EMBREE,
                           *(result["processor"][key] for key in ("hits", "embree")), 0.7,
-                          note=beside_embree(bench, result), ours_alone=alone(bench, path, width, 1, "hits", *many))
+                          details={"hits, M": equal(result["hits"], result["embree"]["hits"])},
+                          ours_alone=alone(bench, path, width, 1, "hits", *many))
 
 
 def maps(bench: Bench) -> Rows:
-    rows = (("thickness", "thickness map", "hits", 1920, 1080), ("parity", "parity", "hits", 1920, 1080),
-            ("voxels", "voxels", "axes", 512, 1))
+    rows = (("thickness", "hits", 1920, 1080), ("parity", "hits", 1920, 1080), ("voxels", "axes", 512, 1))
     for _ in bench.at("1920x1080"):
         for name, path in bench.those("soup-192k", "gearbox"):
-            for what, title, parts, *size in rows:
+            for what, parts, *size in rows:
                 width, height = bench.shrunk(*size)
-                say(f"{title}: {name}")
+                say(f"{what}: {name}")
                 result = engine(bench, path, width, height, "--runs", bench.runs, "--what", f"{what},{parts}")
                 shown = f"{width} cells" if what == "voxels" else f"{width}x{height}"
-                note = f"{result[parts] / 1e6:.2f} M hits"
-                if what == "voxels":
-                    note += f"; {result['cells'] / 1e6:.1f} M cells, {result['occupied'] / 1e6:.1f} M inside"
-                yield Row(f"{title} with its hits, processor time", name, shown, "the hits alone",
-                          *(result["processor"][key] for key in (what, parts)), 1.3, note=note,
+                yield Row("maps and voxels with their hits, processor time", f"{what} of {name}", shown, "the hits alone",
+                          *(result["processor"][key] for key in (what, parts)), 1.3,
+                          details={"hits, M": f"{result[parts] / 1e6:.2f}"},
                           ours_alone=alone(bench, path, width, height, what))
 
 
@@ -89,10 +85,9 @@ def growth(bench: Bench) -> Rows:
     def depth(count: int) -> Tuple[str, int, int]:
         return (f"soup-of-{count}", *bench.shrunk(1920, 1080))
 
-    kinds = (("rays", "soup-192k", [rays(2 ** i) for i in range(7)]),
-             ("spheres", "soup-of-N", [depth(count) for count in scenes.SOUPS]))
+    kinds = (("rays", [rays(2 ** i) for i in range(7)]), ("spheres", [depth(count) for count in scenes.SOUPS]))
     for _ in bench.at("1920x1080"):
-        for kind, shown, points in kinds:
+        for kind, points in kinds:
             if not bench.those("soup-192k"):
                 continue
             times: List[Tuple[float, float]] = []
@@ -105,12 +100,12 @@ def growth(bench: Bench) -> Rows:
                 kept = [engine(bench, path, width, height, "--runs", 0, "--what", "kept")["resident"]
                         for _ in range(bench.runs)]
                 resident.append((result["hits"], statistics.median(kept)))
-            hits = f"{times[0][0] / 1e6:.1f} to {times[-1][0] / 1e6:.1f} M hits, more {kind}"
+            hits = f"{times[0][0] / 1e6:.1f} to {times[-1][0] / 1e6:.1f} M hits"
             for what, measured, unit, least in (("processor time", times, "ms", 1.0),
                                                 ("memory of kept hits", resident, "MB", 1e6)):
-                note = ", ".join(f"{count / 1e6:.1f} M: {amount / least:,.0f}" for count, amount in measured)
-                yield Row(f"exponent of {what} over hits, more {kind}", shown, hits, "hits", [exponent(measured)], [1.0],
-                          1.05, "", f"{unit} by hits: {note}",
+                ends = " to ".join(f"{measured[i][1] / least:,.0f}" for i in (0, -1))
+                yield Row("exponent over hits", f"{what}, more {kind}", hits, "", [exponent(measured)], [1.0], 1.05, "",
+                          mine="exponent", details={"": f"{ends} {unit}"},
                           ours_alone=alone(bench, path, width, height, "hits") if what == "processor time" else ())
 
 

@@ -57,8 +57,8 @@ def main():
 
     words = [word.lstrip("-") for word in more]
     settings = dict(zip(words[::2], words[1::2]))
-    print(f"| jobs at a time | jobs | scenes | one worker, jobs a minute | a process each, jobs a minute | ratio |")
-    print("| ---: | ---: | ---: | ---: | ---: | ---: |")
+    print("| jobs at a time | one worker, jobs a minute | a process each, jobs a minute | ratio |")
+    print("| ---: | ---: | ---: | ---: |")
     for at_a_time in (1, 2):
         with Worker("--jobs", str(at_a_time), program=options.peeler) as worker:
 
@@ -70,7 +70,7 @@ def main():
             one = seconds(send, at_a_time)
         each = seconds(run, at_a_time)
         rates = [60 * options.jobs / passed for passed in (one, each)]
-        print(f"| {at_a_time} | {options.jobs} | {len(options.scenes)} | {rates[0]:.0f} | {rates[1]:.0f} | {rates[0] / rates[1]:.1f} |")
+        print(f"| {at_a_time} | {rates[0]:.0f} | {rates[1]:.0f} | {rates[0] / rates[1]:.1f} |")
 
 
 if __name__ == "__main__":

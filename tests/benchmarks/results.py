@@ -7,8 +7,8 @@
     sh tests/run.sh bench side-by-side -- --quick      with more options of the section's command: printed, not written
     sh tests/run.sh bench --gpu PAGE                   the section of a GPU, from the page of a run there
 
-A section is a command that prints Markdown tables. It is written as soon as it is measured, with the commit and the
-machine that it was measured with.
+A section is a command that prints Markdown tables. It is written as soon as it is measured, with its commit. The machine,
+renderer and versions of most sections stand in the head of the page, those of other sections in these.
 """
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ RESULTS = ROOT / "tests/benchmarks/RESULTS.md"
 README = ROOT / "README.md"
 ENGINE, GLASSES, PLANT, JELLYFISH = (f"examples/scenes/{name}.glb" for name in ("engine", "glasses", "plant", "jellyfish"))
 MODELS = "{assets}/gltf-sample-assets/"
-DUCK, HELMET = MODELS + "Duck/glTF-Binary/Duck.glb", MODELS + "DamagedHelmet/glTF-Binary/DamagedHelmet.glb"
+HELMET = MODELS + "DamagedHelmet/glTF-Binary/DamagedHelmet.glb"
 CYLINDERS, WALKER = MODELS + "2CylinderEngine/glTF/2CylinderEngine.gltf", MODELS + "CesiumMan/glTF-Binary/CesiumMan.glb"
 JOB_SCENES = tuple(f"{MODELS}{name}/glTF-Binary/{name}.glb" for name in (
     "Box", "BoxInterleaved", "BoxVertexColors", "UnlitTest", "BoxTexturedNonPowerOfTwo", "BoxTextured", "AnimatedMorphCube",
@@ -39,8 +39,9 @@ ALL_METHODS = "a-buffer,front-to-back,two-pass,back-to-front,dual,dual-max,weigh
 
 HEAD = """# Measurements
 
-`sh tests/run.sh bench` writes this page; the command above each table printed it, at the given commit and on the given
-machine. `sh tests/run.sh bench SECTION` measures one section again.
+`sh tests/run.sh bench` writes this page, `sh tests/run.sh bench SECTION` one section ([commands](results.py)). Unless a
+section says otherwise:
+
 """
 
 
@@ -53,58 +54,52 @@ class Section(NamedTuple):
 SECTIONS: Dict[str, Section] = {
     "side-by-side": Section(
         "Side by side",
-        "peeler and other programs do [the same work](../README.md#measured-side-by-side) in turn. Ratios are ours to theirs, of "
-        "medians; those in bold miss their target.",
+        "peeler and other programs do [the same work](../README.md#measured-side-by-side) in turn. Ratios here and in the next two "
+        "sections are ours to theirs, of medians; bold ones miss their target.",
         (("table.py", "--build", "{build}", "--rows", "capture,composite,command,writers,flatten,stages,start,layers,memory"),)),
     "hits": Section(
         "Hits",
-        "peeler on the CPU, without GL, and Embree find [the same hits](../README.md#measured-side-by-side) in turn; maps, voxels "
-        "and occlusion are made from them. Ratios are of medians, bold if they miss the target; pairs with a slash are ours "
-        "/ Embree's.",
+        "peeler on the CPU, without GL, and Embree find [the same hits](../README.md#measured-side-by-side) in turn.",
         (("table.py", "--build", "{build}", "--rows", "bundle,bundles,maps,hits,baking,growth"),)),
     "many-views": Section(
         "Many views",
-        "One process [renders many views](../README.md#measured-side-by-side) of a scene; data sets of every sample model of 500 "
-        "triangles or more, beside depths alone by Embree; masks of all objects, beside a render of each. Ratios are of "
-        "medians; pixels agree where Embree finds as many layers.",
+        "[Data sets](../README.md#measured-side-by-side) of all sample models of 500 triangles or more; pixels are alike where "
+        "Embree finds as many layers.",
         (("table.py", "--build", "{build}", "--rows", "views,datasets,masks", "--scenes", "gearbox"),)),
     "against-three": Section(
         "Against three.js",
-        "peeler and three.js in headless Chromium composite the same camera, samples (16 per pixel) and environment, in linear "
-        "light over black. PSNR (linear, peak 1), mean FLIP (sRGB) and luminance (ours to theirs) cover the pixels where either "
-        "picture shows anything. The first rows are spheres and squares made here; a furnace is all white. "
-        "[Differences](../../examples/guide/light.md#beside-threejs).",
+        "Composites of the same camera, 16 samples per pixel and environment, in linear light: PSNR (peak 1), mean FLIP (sRGB) and "
+        "luminance (ours to theirs) of covered pixels; a furnace is all white ([reasons](../../examples/guide/light.md"
+        "#beside-threejs)).",
         (("against_three.py", "--build", "{build}"),)),
     "shading-spheres": Section(
         "Shading spheres",
-        "Spheres of one material each, lit by an environment with a gradient, coloured sides and a small bright box, beside the "
-        "[integral](referee.py) of glTF's lobes over it. Relative error: root mean square difference over the integral's root "
-        "mean square; step: between neighbouring pixels; furnace: largest deviation of white spheres from 1 in light of 1.",
+        "Spheres beside the [integral](referee.py) of glTF's lobes over an environment. Relative error: root mean square "
+        "difference over the integral's root mean square; furnace: deviation of white spheres from 1 in light of 1.",
         (("referee.py", "{build}/peeler"),)),
     "stages": Section(
         "Stages",
-        "`peeler render` writes layered files by every exact method: milliseconds per stage, of the fastest run.",
-        (("stage_times.py", "{build}/peeler", ENGINE, GLASSES, HELMET, CYLINDERS, "--runs", "2"),)),
+        "`peeler render` writes layered files of 1920x1080 by every exact method; the fastest run.",
+        (("stage_times.py", "{build}/peeler", ENGINE, HELMET, "--runs", "2"),)),
     "composites": Section(
         "Composites",
-        "`peeler render` writes composites by every method: milliseconds per stage, of the fastest run.",
+        "`peeler render` writes composites of 1920x1080 by every method; the fastest run.",
         (("stage_times.py", "{build}/peeler", ENGINE, "--runs", "2", "--methods", ALL_METHODS,
           "--", "--as", "composite", "--surfaces", "visible"),)),
     "files": Section(
         "Files",
-        "`peeler render` writes every form, layout and compression: file size, and milliseconds to encode and write.",
-        (("file_sizes.py", "{build}/peeler", GLASSES, ENGINE, PLANT, "--runs", "2"),)),
+        "`peeler render` encodes and writes 1920x1080 in every form, layout and compression.",
+        (("file_sizes.py", "{build}/peeler", GLASSES, "--runs", "2"),)),
     "views": Section(
         "Views",
-        "PSNR, in linear light, of `peeler view` against a direct render from a camera the given angle beside the file's; inf: "
-        "identical. The layers are captured 1.5 times as wide, so that both see the same.",
+        "PSNR, in linear light, of `peeler view` (1280x720) against a render from a camera that angle beside the file's; inf: "
+        "identical. Layers are captured 1.5 times as wide; times are of the last angle.",
         (("views_from_layers.py", "{build}/peeler", ENGINE, PLANT, JELLYFISH, GLASSES),)),
     "baking": Section(
         "Baking",
-        "Ambient occlusion at vertices by peeler (seconds with placing the scene) and Embree (with building its hierarchy), along "
-        "the same directions. RMSE is against Embree's rays in directions of each vertex's own; `raised` is the change of that "
-        "reference if its rays start 1e-4 of the scene's diagonal higher.",
-        (("{build}/tests/bake_ao", CYLINDERS, HELMET, DUCK),)),
+        "Ambient occlusion at vertices, in seconds with placing the scene or building Embree's hierarchy. RMSE is against Embree's "
+        "rays in directions of each vertex's own.",
+        (("{build}/tests/bake_ao", CYLINDERS, HELMET),)),
     "frames": Section(
         "Frames",
         "One process for all frames, beside a process for each; the files are the same.",
@@ -113,7 +108,8 @@ SECTIONS: Dict[str, Section] = {
           "--", "--size", "1920x1080"))),
     "jobs": Section(
         "Jobs",
-        "One `peeler worker`, beside a process for each job, renders 20 sample models in turn; the files are the same.",
+        "One `peeler worker`, beside a process for each job: 1,000 jobs, of 20 sample models in turn, 640x360; the files are the "
+        "same.",
         (("jobs_in_one_worker.py", "{build}/peeler", *JOB_SCENES,
           "--", "--size", "640x360"),)),
     "python-calls": Section(
@@ -122,17 +118,15 @@ SECTIONS: Dict[str, Section] = {
         (("python_calls.py", "{build}", "examples/scenes/panes.glb", "examples/scenes/coincident.glb"),)),
     "budgets": Section(
         "Budgets",
-        "Peak resident memory of `peeler render` in large pictures and under `--memory`.",
+        "Peak resident memory of `peeler render engine.glb` under `--memory`.",
         (("budgets.py", "{build}/peeler"),)),
     "meshes": Section(
         "Meshes",
-        "Processor seconds of `peeler info` on one core for ten million triangles (OBJ: two million), less those for two "
-        "triangles.",
+        "Processor seconds of `peeler info` on one core, less those for two triangles.",
         (("mesh_reading.py", "{build}/peeler"),)),
     "gpu": Section(
         "On a GPU",
-        "[A run on a GPU](../README.md#on-a-gpu) with the pack of this commit: GL tests, methods, fragments beside Mesa's "
-        "rasteriser by class, and times in milliseconds.",
+        "[A run](../README.md#on-a-gpu) of GL tests, methods, fragments beside Mesa's rasteriser by class, and times in ms.",
         ()),
 }
 
@@ -173,22 +167,18 @@ BEGIN = "<!-- numbers: `sh tests/run.sh bench` writes them from tests/benchmarks
 END = "<!-- end of numbers -->"
 
 
-def command_text(command: Tuple[str, ...], build: str, assets: str) -> List[str]:
-    words = [word.format(build=build, assets=assets) for word in command]
-    return ["python3", f"tests/benchmarks/{words[0]}", *words[1:]] if words[0].endswith(".py") else words
-
-
 def measured(section: Section, build: Path, more: List[str]) -> str:
-    """Returns the output of all commands of a section, each below its command line."""
-    texts = []
+    """Returns the output of all commands of a section, as one table if their tables have the same heading."""
+    lines: List[str] = []
     for command in section.commands:
-        words = command_text(command, str(build), str(ASSETS))
-        words[:1] = [sys.executable, "-B"] if words[0] == "python3" else words[:1]
+        words = [word.format(build=build, assets=ASSETS) for word in command]
+        if words[0].endswith(".py"):
+            words[:1] = [sys.executable, "-B", f"tests/benchmarks/{words[0]}"]
         say(" ".join([*words, *more]))
         done = subprocess.run([*words, *more], cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True)
-        shown = " ".join([*command_text(command, "build/ci", "$PEELER_ASSETS"), *more])
-        texts.append(f"`{shown}`\n\n{done.stdout.strip()}\n")
-    return "\n".join(texts)
+        shown = done.stdout.strip().splitlines()
+        lines += shown[2:] if lines[:2] == shown[:2] else ["", *shown] if lines else shown
+    return "\n".join(lines) + "\n"
 
 
 def written(name: str, known: Dict[str, str], tables: str) -> str:
@@ -205,12 +195,22 @@ def gpu_facts(page: str) -> Dict[str, str]:
 
 
 def gpu_tables(page: str) -> str:
-    """Returns the page of a GPU run without the date, the tests that passed, and repetitions."""
+    """Returns the page of a GPU run without the date, the tests that passed, what failures print, lists of equal length
+    in the sorting benchmark, and repetitions. The table of its parts becomes a list."""
     page = re.sub(r"\S*/(tests/\w+/\S+)", r"\1", page)  # drops the path of the build folder
-    shown = [re.split(r";only |; tests/", line)[0].replace("## ", "**", 1) + ("**" if line.startswith("## ") else "")
+    shown = [re.split(r";only |; tests/|: Failure;", line)[0].replace("## ", "**", 1) + ("**" if line.startswith("## ") else "")
              for line in page.splitlines()[4:]
-             if not re.match(r"- (devices|tests, shard \d+: \d|methods, (?!bracket)|references, .* differ by|tests, .* not packed)", line)]
-    return condensed(shown)
+             if not re.match(r"- (devices|tests, shard \d+: \d|methods, (?!bracket)|references, .* differ by|tests, .* not packed|"
+                             r"benchmark, .*, alike)", line)]
+    return condensed(parts(shown))
+
+
+def parts(lines: List[str]) -> List[str]:
+    """Returns the lines with the table of the parts, in which most numbers are 0, as a list."""
+    listed = [f"- {row['part']}: " + ", ".join(f"{row[verdict]} {verdict}" for verdict in ("passed", "failed", "skipped")
+                                                if row[verdict] != "0") + f"; {row['s']} s"
+              for row in rows("\n".join(lines)) if "part" in row]
+    return ["**parts**", "", *listed, *(line for line in lines if not line.startswith("|"))]
 
 
 BULLET = re.compile(r"- (\w+), (.*?): (.*)")
@@ -226,6 +226,14 @@ def counts(text: str) -> Dict[str, str]:
             return {}
         found[" ".join(word for word in words if word not in numbers)] = numbers[0]
     return found if len(found) > 1 else {}
+
+
+def shared(names: List[str]) -> Tuple[str, str]:
+    """Returns the words at the start of all names, and the remarks at the end of all of them: ("to ", ", ms") for "to 2, ms"
+    and "to 4, ms"."""
+    start, end = commonprefix(names), commonprefix([name[::-1] for name in names])[::-1]
+    start, end = start[:start.rfind(" ") + 1], end[end.find(", "):] if ", " in end else ""
+    return (start, end) if all(len(name) > len(start + end) for name in names) else ("", "")
 
 
 def condensed(lines: List[str]) -> str:
@@ -246,8 +254,11 @@ def condensed(lines: List[str]) -> str:
         if len(told) == 1:
             shown += [line for _, line in told]
         elif columns[0]:
-            shown += [*([""] if shown[-1] else []), f"| {part} | {' | '.join(columns)} |", "| --- |" + " ---: |" * len(columns)]
-            shown += [f"| {name} | {' | '.join(counts(line.split(': ', 1)[1]).values())} |" for name, line in told]
+            start, end = shared(names)
+            heading = f"{part}: {start}…{end}" if start or end else part
+            shown += [*([""] if shown[-1] else []), f"| {heading} | {' | '.join(columns)} |", "| --- |" + " ---: |" * len(columns)]
+            shown += [f"| {name[len(start):len(name) - len(end)]} | {' | '.join(counts(line.split(': ', 1)[1]).values())} |"
+                      for name, line in told]
             shown.append("")
         else:
             start = commonprefix(names)
@@ -255,15 +266,57 @@ def condensed(lines: List[str]) -> str:
     return re.sub(r"\n{3,}", "\n\n", "\n".join(shown)).rstrip() + "\n"
 
 
+AS_IN = "as in "  # precedes the title of an earlier section with the same fact
+FACTS = re.compile(r"(?:^- (?:commit|machine|renderer|versions): .*\n)+", re.M)
+
+
+def facts_of(text: str) -> Dict[str, str]:
+    """Returns the facts of a section, or those of the page."""
+    found = FACTS.search(text)
+    return dict(line[2:].split(": ", 1) for line in found[0].splitlines()) if found else {}
+
+
+def with_facts(text: str, known: Dict[str, str]) -> str:
+    return FACTS.sub(lambda _: "".join(f"- {key}: {value}\n" for key, value in known.items()), text, count=1)
+
+
 def split(text: str) -> Dict[str, str]:
-    """Returns the file's sections by name, in the order of SECTIONS."""
+    """Returns the file's sections by name, in the order of SECTIONS, each with all its facts."""
     names = {section.title: name for name, section in SECTIONS.items()}
-    found = {names.get(part.splitlines()[0]): f"## {part.strip()}\n" for part in re.split(r"^## ", text, flags=re.M)[1:]}
-    return {name: found[name] for name in SECTIONS if name in found}
+    head, *parts = re.split(r"^## ", text, flags=re.M)
+    found = {names.get(part.splitlines()[0]): f"## {part.strip()}\n" for part in parts}
+    known = {part.splitlines()[0]: facts_of(part) for part in parts}
+    common = facts_of(head)
+
+    def meant(key: str, value: str) -> str:
+        return known[value[len(AS_IN):]][key] if value.startswith(AS_IN) else value
+
+    sections = {name: found[name] for name in SECTIONS if name in found}
+    for name, text in sections.items():
+        told = facts_of(text)
+        told = {"commit": told["commit"], **common, **told} if SECTIONS[name].commands else told
+        sections[name] = with_facts(text, {key: meant(key, value) for key, value in told.items()})
+    return sections
 
 
 def joined(sections: Dict[str, str]) -> str:
-    return HEAD + "".join("\n" + sections[name] for name in SECTIONS if name in sections)
+    """Returns the file. The facts of most sections are in its head; other facts are in the first section that has them."""
+    told = [facts_of(text) for name, text in sections.items() if SECTIONS[name].commands]
+    common = {}
+    for key in ("machine", "renderer", "versions"):
+        values = [known[key] for known in told if key in known]
+        if values:
+            common[key] = max(values, key=values.count)
+    shown, first = HEAD + "".join(f"- {key}: {value}\n" for key, value in common.items()), {}
+    for name in SECTIONS:
+        if name not in sections:
+            continue
+        facts = {key: value for key, value in facts_of(sections[name]).items() if common.get(key) != value}
+        shown += "\n" + with_facts(sections[name], {key: first.get((key, value), value) for key, value in facts.items()})
+        for key, value in facts.items():
+            if key != "commit":
+                first.setdefault((key, value), AS_IN + SECTIONS[name].title)
+    return shown
 
 
 def rows(text: str) -> Iterator[Dict[str, str]]:
@@ -285,18 +338,23 @@ def amount(text: str) -> float:
 
 
 def comparisons(text: str) -> Iterator[Dict[str, str]]:
-    """Yields the rows of table.py's tables in the form of its last table."""
+    """Yields the comparisons of table.py's tables as {"what", "scene", "size", "ours", "theirs"}."""
     for row in rows(text):
         columns = list(reversed(row))  # the columns in their original order
-        if columns[0] == "what":
-            yield row
-            continue
         ours = next((name for name in columns if name.startswith("ours, ")), None)
-        if ours:
-            what, _, size = columns[0].partition("; ")
-            rival, unit = columns[columns.index(ours) + 1].rsplit(", ", 1)
-            yield {"what": what, "scene": row[columns[0]], "size": size or row["size"], "ours": f"{row[ours]} {unit}",
-                   "theirs": f"{row[f'{rival}, {unit}']} {unit} ({rival})"}
+        if columns[0] != "what" and not ours:
+            continue
+        what, _, shared_size = columns[0].partition("; ")
+        scene, _, own_size = row["scene" if columns[0] == "what" else columns[0]].partition(", ")
+        place = {"scene": scene, "size": own_size or shared_size}
+        if not ours:
+            yield {"what": row["what"], **place, "ours": row["ours"], "theirs": row["theirs"]}
+            continue
+        unit = ours.rsplit(", ", 1)[1]
+        for rival, ratio in zip(columns, columns[1:]):
+            if ratio.startswith("ratio") and rival != ours and row[rival]:
+                yield {"what": what, **place, "ours": f"{row[ours]} {unit}",
+                       "theirs": f"{row[rival]} {unit} ({rival.rsplit(', ', 1)[0]})"}
 
 
 def number_row(number: Number, sections: Dict[str, str]) -> str:

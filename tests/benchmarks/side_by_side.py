@@ -31,6 +31,8 @@ class Row:
     target: Optional[float]  # largest ratio of ours to theirs; None: there is no target
     unit: str = "ms"
     note: str = ""
+    mine: str = "ours"  # the heading of our numbers
+    details: Dict[str, str] = field(default_factory=dict)  # further cells by their headings
     ours_alone: Sequence[Any] = ()  # the command for our part alone, to be profiled if the target is missed
     profile: str = ""
     fails: str = ""  # another condition that failed, for which the row misses its target

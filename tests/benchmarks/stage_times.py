@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Renders scenes with every method, side by side, and prints where the time goes as a Markdown table.
+"""Renders scenes with every method, side by side, and prints where the time goes as Markdown tables.
 
     python3 tests/benchmarks/stage_times.py PEELER SCENE... [--size 1920x1080] [--runs 3] [--methods a-buffer,dual]
                                             [-- OPTIONS OF RENDER]
 
-Of the runs of a command the one with the smallest total counts. Milliseconds.
+If there are several scenes, the first table has all stages of the first method. The last table has the capture and the
+total of every method. Of the runs of a command, the one with the smallest total counts. Milliseconds.
 """
 import argparse
 import json
@@ -40,17 +41,24 @@ def main() -> None:
     own, _, more = " ".join(sys.argv[1:]).partition(" -- ")
     options = parser.parse_args(own.split())
 
-    columns = ("scene", "method", "layers", "fragments, M", "passes", *STAGES, "file, MB", "peak, MB")
-    print("| " + " | ".join(columns) + " |")
-    print("| --- | --- |" + " ---: |" * (len(columns) - 2))
-    for scene in options.scenes:
-        for method in options.methods.split(","):
-            result = best(options.peeler, scene, method, options.size, options.runs, more.split())
-            cells = [pathlib.Path(scene).name, method, str(result["layers"]),
-                     f'{result["fragmentsCounted"] / 1e6:.2f}', str(result["passes"])]
-            cells += [f'{result["milliseconds"][stage]:.0f}' for stage in STAGES]
-            cells += [f'{result["bytes"] / 1e6:.1f}', f'{result["peakMemory"] / 1e6:.0f}']
-            print("| " + " | ".join(cells) + " |", flush=True)
+    methods, names = options.methods.split(","), [pathlib.Path(scene).stem for scene in options.scenes]
+    results = [[best(options.peeler, scene, method, options.size, options.runs, more.split()) for scene in options.scenes]
+               for method in methods]
+    if len(names) > 1:
+        columns = (f"{methods[0]}, ms", "layers", "fragments, M", *STAGES, "file, MB", "peak, MB")
+        print("| " + " | ".join(columns) + " |")
+        print("| --- |" + " ---: |" * (len(columns) - 1))
+        for name, result in zip(names, results[0]):
+            cells = [name, str(result["layers"]), f'{result["fragmentsCounted"] / 1e6:.2f}',
+                     *(f'{result["milliseconds"][stage]:.0f}' for stage in STAGES),
+                     f'{result["bytes"] / 1e6:.1f}', f'{result["peakMemory"] / 1e6:.0f}']
+            print("| " + " | ".join(cells) + " |")
+        print()
+    print("| capture / total, ms | " + " | ".join(names) + " |")
+    print("| --- |" + " ---: |" * len(names))
+    for method, row in zip(methods, results):
+        times = [result["milliseconds"] for result in row]
+        print(f"| {method} | " + " | ".join(f'{ms["capture"]:.0f} / {ms["total"]:.0f}' for ms in times) + " |")
 
 
 if __name__ == "__main__":

@@ -17,7 +17,7 @@ import statistics
 import sys
 import tempfile
 from pathlib import Path
-from typing import Dict, List, Tuple
+from typing import Any, Dict, Iterable, List, Tuple
 
 import scenes
 import table_rows
@@ -26,7 +26,7 @@ from perf_profile import profile
 from reasons import REASONS
 from side_by_side import Bench, Display, Row, say
 
-OWN_TABLE = 3  # the fewest rows of one comparison that get a table of their own
+OWN_TABLE = 3  # the fewest lines that get a table of their own
 
 
 def number(value: float, unit: str) -> str:
@@ -41,46 +41,73 @@ def target(row: Row) -> str:
     return "" if row.target is None else f"≤ {row.target:g}"
 
 
-def ratio(row: Row) -> str:
-    return f"**{row.ratio:.2f}**" if row.met is False else f"{row.ratio:.2f}"
+def ratio(row: Row, shown: str = "") -> str:
+    """Returns the ratio, in bold if it misses its target, which follows unless it is already shown."""
+    text = f"**{row.ratio:.2f}**" if row.met is False else f"{row.ratio:.2f}"
+    return text if target(row) == shown else f"{text} ({target(row) or 'no target'})"
 
 
 def joined(*cells: str) -> str:
     return "| " + " | ".join(cells) + " |"
 
 
-def line(row: Row) -> str:
+def line(row: Row, noted: bool = True) -> str:
     ours, theirs = (f"{median} {row.unit}".rstrip() for median in medians(row))
-    return joined(row.what, row.scene, row.size, ours, f"{theirs} ({row.rival})", ratio(row), target(row), row.note)
+    notes = [row.note, *(f"{heading}: {cell}" for heading, cell in row.details.items())]
+    return joined(row.what, f"{row.scene}, {row.size}", ours, f"{theirs} ({row.rival})", ratio(row),
+                  *["; ".join(filter(None, notes))] * noted)
+
+
+def most(values: Iterable[Any]) -> Any:
+    """Returns the most frequent value; if several are, the first of them."""
+    listed = list(values)
+    return max(listed, key=listed.count)
 
 
 def own_table(rows: List[Row]) -> List[str]:
-    """Returns a table of rows with the same work, rival and unit. Its heading gives the target, and the size if all
-    rows share it."""
-    first = rows[0]
-    unit = f", {first.unit}" if first.unit else ""
-    same_size, notes = all(row.size == first.size for row in rows), any(row.note for row in rows)
-    lines = [joined(*([f"{first.what}; {first.size}"] if same_size else [first.what, "size"]), f"ours{unit}",
-                    f"{first.rival}{unit}", f"ratio {target(first)}".rstrip(), *([""] if notes else [])),
-             joined(*(["---"] if same_size else ["---", "---"]), "---:", "---:", "---:", *(["---"] if notes else []))]
+    """Returns a table of rows with the same work and unit, with a line per scene and size. The heading gives the most
+    frequent size and targets. Columns that several comparisons share appear once. Without targets, there are no ratios.
+    Rows without a rival are exponents."""
+    unit, size = f", {rows[0].unit}" if rows[0].unit else "", most(row.size for row in rows)
+    places: Dict[Tuple[str, str], List[Row]] = {}
+    headings: Dict[Any, str] = {}  # headings of the columns, by what the columns show
+    targets: Dict[Tuple[str, str], str] = {}
     for row in rows:
-        other = f" ({target(row)})" if target(row) != target(first) else ""
-        lines.append(joined(row.scene, *([] if same_size else [row.size]), *medians(row), ratio(row) + other,
-                            *([row.note] if notes else [])))
+        places.setdefault((row.scene, row.size), []).append(row)
+        pair = (row.mine, row.rival)
+        targets[pair] = most(target(other) for other in rows if (other.mine, other.rival) == pair)
+        if row.rival:
+            headings.update({name: f"{name}{unit}" for name in pair})
+        if not row.rival or any(target(other) for other in rows):
+            headings[pair] = f"{'ratio' if row.rival else row.mine} {targets[pair]}".rstrip()
+    headings.update({("detail", name): name for row in rows for name in row.details})
+    notes = any(row.note for row in rows)
+    lines = [joined(f"{rows[0].what}; {size}", *headings.values(), *[""] * notes),
+             joined("---", *["---:"] * len(headings), *["---"] * notes)]
+    for (scene, own_size), place in places.items():
+        cells: Dict[Any, str] = {}
+        for row in place:
+            pair = (row.mine, row.rival)
+            cells.update({**dict(zip(pair, medians(row))), pair: ratio(row, targets[pair]),
+                          **{("detail", name): cell for name, cell in row.details.items()}})
+        lines.append(joined(scene if own_size == size else f"{scene}, {own_size}",
+                            *(cells.get(column, "") for column in headings),
+                            *["; ".join(row.note for row in place if row.note)] * notes))
     return lines
 
 
 def tables(rows: List[Row]) -> str:
-    """Returns one table for each comparison of at least OWN_TABLE rows, and one for all other rows."""
-    groups: Dict[Tuple[str, str, str], List[Row]] = {}
+    """Returns a table for each kind of work that has at least OWN_TABLE lines, and one table for all other rows."""
+    groups: Dict[Tuple[str, str], List[Row]] = {}
     for row in rows:
-        groups.setdefault((row.what, row.rival, row.unit), []).append(row)
-    large = [group for group in groups.values() if len(group) >= OWN_TABLE]
-    found = [own_table(group) for group in large]
-    rest = [row for group in groups.values() if len(group) < OWN_TABLE for row in group]
+        groups.setdefault((row.what, row.unit), []).append(row)
+    large = [len({(row.scene, row.size) for row in group}) >= OWN_TABLE for group in groups.values()]
+    found = [own_table(group) for group, own in zip(groups.values(), large) if own]
+    rest = [row for group, own in zip(groups.values(), large) if not own for row in group]
     if rest:
-        found.append([joined("what", "scene", "size", "ours", "theirs", "ratio", "target", ""),
-                      "| --- | --- | --- | ---: | ---: | ---: | ---: | --- |", *map(line, rest)])
+        noted = any(row.note or row.details for row in rest)
+        found.append([joined("what", "scene", "ours", "theirs", "ratio", *[""] * noted),
+                      joined("---", "---", "---:", "---:", "---:", *["---"] * noted), *(line(row, noted) for row in rest)])
     return "\n\n".join("\n".join(lines) for lines in found)
 
 
@@ -138,12 +165,10 @@ def measured(bench: Bench, kinds: List[str]) -> List[Row]:
 
 
 def reasons(rows: List[Row]) -> str:
-    """Returns the text below the table about rows that miss their targets."""
-    whats: Dict[str, List[str]] = {}
-    for what in dict.fromkeys(row.what for row in rows if row.met is False):
-        whats.setdefault(REASONS.get(what, "not examined"), []).append(what)
-    lines = [f"- {'; '.join(missed)}: {reason}" for reason, missed in whats.items()]
-    return "\n".join(["", "Why rows miss their targets:", "", *lines]) if lines else ""
+    """Returns the text below the tables: why rows miss their targets, as far as that is known."""
+    missed = dict.fromkeys(row.what for row in rows if row.met is False)
+    lines = [f"- {what}: {REASONS[what]}" for what in missed if what in REASONS]
+    return "\n".join(["", "Missed targets:", "", *lines]) if lines else ""
 
 
 def main() -> int:
@@ -167,7 +192,7 @@ def main() -> int:
         finally:
             if display:
                 display.close()
-    print(tables(rows), reasons(rows), sep="\n", flush=True)
+    print("\n".join(filter(None, [tables(rows), reasons(rows)])), flush=True)
     print("".join(f"\nSkipped: {why}." for why in bench.skipped), end="\n" if bench.skipped else "")
     target.write_text(json.dumps({**known, "rows": [row.record() for row in rows], "skipped": bench.skipped},
                                  indent=1) + "\n")

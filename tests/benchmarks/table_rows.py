@@ -28,11 +28,9 @@ def capture(bench: Bench) -> Rows:
             say(f"capture: {name} at {size}")
             result = bench.program("benchmark_capture", path, "--size", size, "--runs", bench.runs)
             ours, theirs = (result["milliseconds"][key] for key in ("a-buffer", "embree"))
-            build = statistics.median(result["embree"]["build"][-bench.runs:])
             fragments, hits = result["fragments"], result["embree"]["hits"]
             yield Row("capture", name, size, "Embree", ours, theirs, 0.5,
-                      note=f"{result['layers']} layers; {fragments / 1e6:.2f} M fragments, {hits / 1e6:.2f} M hits "
-                      f"({result['embree']['packet']}-ray packets); build {build:.0f} ms",
+                      details={"layers": f"{result['layers']}", "fragments / hits, M": hit_rows.equal(fragments, hits)},
                       ours_alone=[bench.build / "tests" / "benchmark_capture", path, "--size", size, "--runs", 5,
                                   "--what", "a-buffer"])
 
@@ -79,9 +77,9 @@ def command(bench: Bench) -> Rows:
     for name, path in bench.those(*REAL):
         for size in bench.at(HD):
             say(f"whole command: {name} at {size}")
-            plain, note = path, ""
-            if name == "gearbox":
-                plain, note = bench.scratch / "gearbox.glb", "decoded for f3d, Draco for ours"
+            plain = path
+            if name == "gearbox":  # f3d gets it decoded
+                plain = bench.scratch / "gearbox.glb"
                 run([bench.build / "tests" / "plain_glb", path, plain])
 
             same = f3d_camera(camera(bench, path, size))
@@ -96,14 +94,13 @@ def command(bench: Bench) -> Rows:
 
             one, four, others = in_turn([lambda: run(render(1)).milliseconds, lambda: run(render(4)).milliseconds, theirs],
                                         bench.runs)
-            yield Row("whole command to PNG", name, size, "f3d -p", one, others, 0.5, note=note, ours_alone=render(1))
-            yield Row("whole command to PNG, 4 samples", name, size, "f3d -p", four, others, 1.0, note=note,
+            yield Row("whole command to PNG", name, size, "f3d -p", one, others, 0.5, ours_alone=render(1))
+            yield Row("whole command to PNG, 4 samples", name, size, "f3d -p", four, others, 1.0,
                       ours_alone=render(4))
 
 
 def writers(bench: Bench) -> Rows:
-    chosen = [(size, name, path) for size in bench.at(HD, UHD)
-              for name, path in bench.those(*((*SPHERES, "gearbox") if size == HD else SPHERES[:1]))]
+    chosen = [(size, name, path) for size in bench.at(HD) for name, path in bench.those(*SPHERES, "gearbox")]
     for size, name, path in chosen:
         say(f"writers: {name} at {size}")
         result = bench.program("benchmark_writers", path, "--size", size, "--runs", bench.runs, "--folder",
@@ -112,19 +109,18 @@ def writers(bench: Bench) -> Rows:
         def row(kind: str, what: str, rival: str, key: str, target: float) -> Row:
             times = result[kind]["milliseconds"]
             return Row(what, name, size, rival, times["peeler"], times[key], target,
-                       note=f"{result['layers']} layers",
                        ours_alone=[bench.build / "tests" / "benchmark_writers", path, "--size", size, "--runs", 5,
                                    "--folder", bench.scratch, "--what", f"{kind},ours"])
 
-        def file(kind: str, what: str, rival: str, key: str, target: float) -> Row:
+        def file(kind: str, rival: str, key: str) -> Row:
             sizes = {key: value / 1e6 for key, value in result[kind]["bytes"].items()}
-            return Row(what, name, size, rival, [sizes["peeler"]], [sizes[key]], target, "MB")
+            return Row("size of the file", name, size, rival, [sizes["peeler"]], [sizes[key]], 1.0, "MB", mine=kind)
 
         yield row("layered", "writing the layered file", "OpenEXR, full windows", "full", 0.2)
         yield row("layered", "writing the layered file", "OpenEXR, same windows", "cropped", 0.6)
-        yield file("layered", "size of the layered file", "OpenEXR, same windows", "cropped", 1.0)
+        yield file("layered", "OpenEXR, same windows", "cropped")
         yield row("deep", "writing the deep file", "OpenEXR, ZIPS", "openexr", 0.6)
-        yield file("deep", "size of the deep file", "OpenEXR, ZIPS", "openexr", 1.0)
+        yield file("deep", "OpenEXR, ZIPS", "openexr")
 
 
 def hits(bench: Bench) -> Rows:
@@ -137,24 +133,22 @@ def hits(bench: Bench) -> Rows:
             say(f"hits into .npz: {name}")
             ours: List[float] = []
             capture: List[float] = []
-            bare: List[float] = []
             savez: List[float] = []
             traced: Dict[str, Any] = {}
             copy = bench.scratch / "savez.npz"
             arguments = (path, "--size", bundles, "--runs", 1, "--folder", bench.scratch)
             for _ in range(bench.runs):
                 traced = bench.program("benchmark_hits", *arguments)
-                for numbers, key in ((ours, "npz"), (capture, "capture"), (bare, "bare")):
+                for numbers, key in ((ours, "npz"), (capture, "capture")):
                     numbers += traced["processor"][key]
                 written = run(["/usr/bin/python3", HERE / "savez.py", bench.scratch / "hits.npz", copy])
                 savez.append(json.loads(written.out)["processor"])
                 copy.unlink()  # so that the file is created anew, as ours is
             (bench.scratch / "hits.npz").unlink()
-            without = statistics.median(bare)
             yield Row("hits into .npz, processor time", name, "4 bundles", "capture + numpy.savez of the same arrays",
                       ours, [sum(pair) for pair in zip(capture, savez)], 1.0,
                       note=f"{traced['hits'] / 1e6:.2f} M hits; numpy.savez {statistics.median(savez):.0f} ms; capture "
-                      f"{statistics.median(capture):.0f} ms, of t and triangles alone {without:.0f} ms",
+                      f"{statistics.median(capture):.0f} ms",
                       ours_alone=[bench.build / "tests" / "benchmark_hits", *arguments[:-3], 3, "--what", "npz",
                                   "--folder", bench.scratch])
 
@@ -206,10 +200,9 @@ def start(bench: Bench) -> Rows:
     say("start-up")
     bare = bench.build / "tests" / "bare_context"
     times = in_turn([ours, lambda: run([bare]).milliseconds], max(bench.runs, 7))
-    yield Row("start-up to first draw", "triangle", "16x16", "bare context, one program", until_drawn, times[1], 1.5,
-              note="`--version`, then load, context, upload, count")
-    yield Row("whole command, one triangle", "triangle", "16x16", "bare context, one program", *times, None,
-              note="to a written EXR")
+    yield Row("start-up (`--version`, load, context, upload, count)", "triangle", "16x16", "bare context, one program",
+              until_drawn, times[1], 1.5)
+    yield Row("whole command, one triangle", "triangle", "16x16", "bare context, one program", *times, None)
 
 
 def layers(bench: Bench) -> Rows:
@@ -224,11 +217,11 @@ def layers(bench: Bench) -> Rows:
             result = bench.program("benchmark_capture", scenes.write(bench.scratch, f"quads-{count}"), "--size", size,
                                    "--runs", runs, "--what", method)
             points.append((result["fragments"], statistics.median(result["milliseconds"][method])))
-        note = ", ".join(f"{count}: {taken:.0f}" for count, (_, taken) in zip(counts, points))
         for first in (1, 8):
-            fitted = [point for count, point in zip(counts, points) if count >= first]
-            yield Row(f"exponent of {method}'s time over fragments, N from {first} to {counts[-1]}", "N quads", size,
-                      "fragments", [exponent(fitted)], [1.0], target, "", f"ms by N: {note}" if first == 1 else "")
+            chosen = [point for count, point in zip(counts, points) if count >= first]
+            yield Row("exponent of time over fragments of N quads", f"{method}, N up to {counts[-1]}", size, "",
+                      [exponent(chosen)], [1.0], target, "", mine=f"N from {first}",
+                      details={"ms": f"{points[0][1]:.0f} to {points[-1][1]:.0f}"})
 
 
 def memory(bench: Bench) -> Rows:
@@ -238,10 +231,8 @@ def memory(bench: Bench) -> Rows:
                 say(f"memory: {name} at {size}, {budget or 'default'}")
                 done = run([bench.peeler, "render", path, "-o", bench.scratch / "out.exr", "--size", size,
                             *(("--memory", budget) if budget else ())], check=False)
-                note = f"{done.milliseconds / 1000:.1f} s"
-                if done.code != 0:
-                    note = f"refused: {done.err.strip().splitlines()[-1]}"
-                yield Row("peak memory", name, size, f"--memory {budget}" if budget else "1.5 GB (no --memory)",
+                note = f"refused: {done.err.strip().splitlines()[-1]}" if done.code != 0 else ""
+                yield Row("peak memory", name, size, f"--memory {budget}" if budget else "no --memory",
                           [done.peak_bytes / 1e6], [limit], 1.0, "MB", note)
 
 

@@ -7,9 +7,9 @@
 
 The layers are captured 1.5 times as wide as the picture (and as dense), since a direct render shows
 what comes in from the sides and layers cannot show what they have not seen. PSNR of what `peeler
-compare` reads from 8-bit PNGs over mid grey, in linear light, for a peak of 1. At 0 degrees the layers
-are those of the picture itself, against `peeler flatten`. Milliseconds: of `view` with all layers,
-reading and writing included, and of `render`.
+compare` reads from 8-bit PNGs over mid grey, in linear light, for a peak of 1: of one layer, and of all.
+At 0 degrees the layers are those of the picture itself, against `peeler flatten`. Milliseconds, at the
+last angle: of `view` with all layers, reading and writing included, and of `render`.
 """
 import argparse
 import json
@@ -62,16 +62,14 @@ def measure(peeler: Peeler, scene: str, size: str, angles: list, more: list) -> 
     def view(layers: str, name: str, n: str, *arguments) -> dict:
         return peeler("view", peeler.file(layers), "-o", peeler.file(name), "--layers", n, *arguments)
 
-    def row(angle, one: float, all_layers: float, shown: dict, rendered: dict) -> None:
-        cells = [pathlib.Path(scene).stem, f"{angle}°", f"{one:.1f}", f"{all_layers:.1f}",
-                 f"{shown['milliseconds']['total']:.0f}", f"{rendered['milliseconds']['total']:.0f}"]
-        print("| " + " | ".join(cells) + " |", flush=True)
+    def compare() -> str:
+        return " / ".join(f"{peeler.psnr(picture, 'direct.png'):.1f}" for picture in ("one.png", "all.png"))
 
     rendered = peeler("render", scene, "-o", peeler.file("own.exr"), "--size", size, *more)
     peeler("flatten", peeler.file("own.exr"), "-o", peeler.file("direct.png"), *BACKGROUND)
     view("own.exr", "one.png", "1", *BACKGROUND)
     shown = view("own.exr", "all.png", "all", *BACKGROUND)
-    row(0, peeler.psnr("one.png", "direct.png"), peeler.psnr("all.png", "direct.png"), shown, rendered)
+    cells = [pathlib.Path(scene).stem, compare()]
 
     width, height = (round(MARGIN * int(side)) for side in size.split("x"))
     peeler("render", scene, "-o", peeler.file("wide.exr"), "--size", f"{width}x{height}",
@@ -84,7 +82,9 @@ def measure(peeler: Peeler, scene: str, size: str, angles: list, more: list) -> 
                           *peeler.camera("camera.exr"), *more)
         view("wide.exr", "one.png", "1", *picture, *BACKGROUND)
         shown = view("wide.exr", "all.png", "all", *picture, *BACKGROUND)
-        row(angle, peeler.psnr("one.png", "direct.png"), peeler.psnr("all.png", "direct.png"), shown, rendered)
+        cells.append(compare())
+    cells.append(" / ".join(f"{result['milliseconds']['total']:.0f}" for result in (shown, rendered)))
+    print("| " + " | ".join(cells) + " |", flush=True)
 
 
 def main() -> None:
@@ -99,11 +99,12 @@ def main() -> None:
         arguments, more = arguments[:at], arguments[at + 1:]
     options = parser.parse_args(arguments)
 
-    print("| scene | beside it | one layer, dB | all layers, dB | view, ms | render, ms |")
-    print("| --- | ---: | ---: | ---: | ---: | ---: |")
+    angles = options.angles.split(",")
+    print("| one layer / all, dB | 0° | " + " | ".join(f"{angle}°" for angle in angles) + " | view / render, ms |")
+    print("| --- |" + " ---: |" * (len(angles) + 2))
     for scene in options.scenes:
         with tempfile.TemporaryDirectory() as folder:
-            measure(Peeler(options.peeler, folder), scene, options.size, options.angles.split(","), more)
+            measure(Peeler(options.peeler, folder), scene, options.size, angles, more)
 
 
 if __name__ == "__main__":

@@ -81,8 +81,8 @@ devices() {
 }
 
 tests() {
-    say skipped "$embree" "they ask Embree, which is too large to be packed"
-    say skipped "$osmesa" "they compare a software EGL with OSMesa, as the part backends does"
+    say skipped "$embree" "Embree is not packed"
+    say skipped "$osmesa" "they compare EGL with OSMesa in software"
     PEELER_TEST_BACKEND=$(number backend "$work/device.json")
     PEELER_SOURCE=$here
     export PEELER_TEST_BACKEND PEELER_SOURCE
