@@ -43,10 +43,13 @@ def rows(source):
     """Returns {macro or pattern: (what sets it, its meaning)} from the README."""
     readme = (source / "shaders/README.md").read_text(encoding="utf-8")
     found = {}
+    setters = ""
     for line in readme.partition("## Macros")[2].splitlines():
-        if line.startswith("| `"):
-            names, _, setter, meaning = (cell.strip() for cell in line.strip("|").split("|"))
-            found.update({name: (setter, meaning) for name in NAME.findall(names)})
+        if line.startswith("`") and line.endswith(":"):
+            setters = line
+        elif line.startswith("- `"):
+            names, _, meaning = line.partition(": ")
+            found.update({name: (setters, meaning) for name in NAME.findall(names)})
     return found
 
 
@@ -100,7 +103,7 @@ class Readme(unittest.TestCase):
 
     def test_every_file_is_listed(self):
         table = section(SOURCE, "Files")
-        listed = re.findall(r"^\| `([\w.]+)` \|", table, re.MULTILINE)
+        listed = re.findall(r"^- `([\w.]+)`: ", table, re.MULTILINE)
         self.assertEqual(sorted(listed), sorted(shaders(SOURCE)))
 
     def test_every_macro_is_listed(self):
@@ -114,7 +117,7 @@ class Readme(unittest.TestCase):
 
     def test_every_row_says_who_and_what(self):
         for macro, (setter, meaning) in rows(SOURCE).items():
-            self.assertTrue(setter and meaning.endswith("."), macro)
+            self.assertTrue(setter and meaning, macro)
 
 
 class Planted(unittest.TestCase):
@@ -129,7 +132,7 @@ class Planted(unittest.TestCase):
         self.write("set.cpp", '"ROUGH" PEELER_A')
         self.write(
             "shaders/README.md",
-            "## Macros\n| `ROUGH` | | `set.cpp` | Rough. |\n| `PEELER_*` | | `set.cpp` | A. |\n",
+            "## Macros\n`set.cpp`:\n\n- `ROUGH`: rough\n- `PEELER_*`: a\n",
         )
 
     def write(self, path, text):

@@ -29,7 +29,7 @@ constexpr const char* kExrKept =
     "channels of the same deep samples";
 constexpr const char* kExrSamples =
     "flat pictures without alpha (1) or depth (0); unsorted samples; infinite Z (largest number); "
-    "volumes (ZBack) that lie apart; any data window (the display window is the picture)";
+    "volumes (ZBack) that do not overlap; any data window (the display window is the picture)";
 constexpr const char* kExrAttributes =
     "pixelAspectRatio and chromaticities, into OpenEXR; other attributes, except previews";
 constexpr const char* kExrLostAttributes =
@@ -46,8 +46,8 @@ constexpr const char* kExrNotSupported =
     "integer colour or depth; deep samples without Z; flat files without R, G, B or Y; several "
     "layers of colours and none outside (`--part` selects)";
 constexpr const char* kExrTooLarge =
-    "over 65,536 samples in a pixel; a display window over 2²⁵ pixels and 256 times the stored "
-    "ones";
+    "over 65,536 samples in a pixel; a display window over 2²⁵ pixels and over 256 times the "
+    "stored ones";
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 const Imath::Box2i kAll{{0, 0}, {7, 5}};

@@ -32,8 +32,8 @@ constexpr const char* kGltfRequiredExtensions =
     "other extensions if required (unless `--ignore-extension`); `EXT_texture_avif`, "
     "`MSFT_texture_dds` without a fallback";
 constexpr const char* kGltfOddNumbers =
-    "colours outside 0 to 1, normals or tangents not of unit length, `w` that is no sign, weights "
-    "that do not sum to 1, wrong `normalized`, non-finite numbers except positions";
+    "colours outside 0 to 1, normals or tangents not of unit length, a tangent's `w` other than "
+    "±1, weights that do not sum to 1, wrong `normalized`, non-finite numbers except positions";
 constexpr const char* kGltfUnused =
     "other attributes, morph targets of missing attributes, primitives that draw nothing, leftover "
     "vertices, empty accessors, views and buffers";
@@ -44,14 +44,15 @@ constexpr const char* kGltfOddNodes =
     "a matrix beside translation, rotation or scale, zero rotations, lights of other types, a "
     "wrong number of weights; a scene that lists a node twice, or a child (shown as a root)";
 constexpr const char* kGltfOddAnimations =
-    "animations of anything else, `KHR_animation_pointer`, animations of nodes with a matrix or of "
-    "weights without targets; a numeric version, a `.glb` longer than it says or with more chunks";
+    "other animations, `KHR_animation_pointer`, animations of nodes with a matrix or of weights "
+    "without targets; a version that is a number, a `.glb` longer than its header says or with "
+    "more chunks";
 constexpr const char* kGltfBrokenGeometry =
-    "non-finite positions, indices beyond the vertices or that restart, accessors and views beyond "
-    "their bytes, joints that the skin lacks, a scene that lists a node and one below it, nodes "
-    "with two parents or in a cycle";
+    "non-finite positions, indices beyond the vertices or for primitive restart, accessors and "
+    "views beyond their bytes, joints that the skin lacks, a scene that lists a node and its "
+    "descendant, nodes with two parents or in a cycle";
 constexpr const char* kGltfBrokenFile =
-    "cameras and lights out of range, animations with falling times or without keys, "
+    "cameras and lights out of range, animations with falling times or no keys, "
     "`asset.minVersion` above 2.0, version 1, values of wrong type or range, truncation, buffers "
     "missing or outside the folder";
 

@@ -19,26 +19,26 @@ constexpr const char* kObjPassedOver =
     "ignored: `s` with normals, `mg`, `lod`, `bevel`, `c_interp`, `d_interp`, `usemap` off";
 constexpr const char* kObjOddVertices =
     "`s` without normals (flat, unless `--smooth-normals`), other numbers behind `v`, non-finite "
-    "normals or texture coordinates, faces with these at some corners or of under three, nothing "
-    "to draw";
+    "normals or texture coordinates, faces with these at only some corners, faces of under three "
+    "corners, nothing to draw";
 constexpr const char* kObjOtherLines =
     "`bevel`, `c_interp`, `d_interp`, `usemap`, `maplib`, `shadow_obj`, `trace_obj`, `call`, `csh` "
     "(never run), curves and surfaces (`cstype`, `curv`, `surf` …), other lines";
 constexpr const char* kObjMaterials =
-    "`Kd`, `Ke`, `Ns`, `d`, `Tr`, `Pr`, `Pm`, `Ps`, `Pc`, `Pcr`, `aniso`, `anisor`, `map_Kd`, "
-    "`map_d`, `map_Ke`, `map_Pr`, `map_Pm`, `norm`, `map_norm` (PNG, JPEG, WebP, KTX2, BMP, TGA, "
-    "TIFF); `-s`, `-o`, `-clamp`, `-bm` of normal maps";
+    "MTL: [these statements](#meshes), textures in PNG, JPEG, WebP, KTX2, BMP, TGA, TIFF; `-s`, "
+    "`-o`, `-clamp`; `-bm` of normal maps";
 constexpr const char* kObjNoEffect =
     "ignored: `Ka`, `Ks`, `Ni`, `illum`, `sharpness`, `map_Ka`, `map_aat`, a grey `Tf`; `-boost`, "
     "`-texres`, `-blendu`, `-blendv`, `-type`; `-t`, `-mm`, `-cc`, `-imfchan`, `-colorspace` "
     "without effect";
 constexpr const char* kObjOtherMaterials =
-    "these five with effect; `bump`, `map_bump`, `disp`, `decal`, `refl`, `map_Ks`, `map_Ns`, a "
-    "coloured `Tf`, `d -halo`, `spectral`, `xyz`, all others";
+    "`-t`, `-mm`, `-cc`, `-imfchan`, `-colorspace` with effect; `bump`, `map_bump`, `disp`, "
+    "`decal`, `refl`, `map_Ks`, `map_Ns`, a coloured `Tf`, `d -halo`, `spectral`, `xyz`, all "
+    "others";
 constexpr const char* kObjOddMaterials =
     "missing materials and libraries; textures missing, found elsewhere, or without coordinates; "
-    "contradictory `d` and `Tr`, full transparency, values out of range, a second "
-    "material of a name, statements before `newmtl`";
+    "contradictory `d` and `Tr`, full transparency, values out of range, two materials of one "
+    "name, statements before `newmtl`";
 constexpr const char* kObjBroken =
     "no OBJ line, non-finite positions, words for numbers, too few numbers, indices of nothing; in "
     "every format: UTF-16, a Git LFS pointer, a web page";

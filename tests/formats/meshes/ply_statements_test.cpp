@@ -9,15 +9,15 @@ namespace {
 
 // The first cells of rows in formats/README.md.
 constexpr const char* kPlyShapes =
-    "text, binary of either byte order, any line ends; `face` with `vertex_indices` or "
-    "`vertex_index`, `tristrips`; vertices alone are points";
+    "text or binary, any byte order and line ends; `face` with `vertex_indices` or "
+    "`vertex_index`, `tristrips`; vertices alone (points)";
 constexpr const char* kPlySurfaces =
-    "normals `nx ny nz`; texture coordinates `s t`, `u v`, `texture_u texture_v`, of corners "
-    "`texcoord`; `comment TextureFile`, several with `texnumber` of faces (−1: none)";
+    "normals `nx ny nz`; texture coordinates `s t`, `u v`, `texture_u texture_v`, per corner "
+    "`texcoord`; `comment TextureFile`; per face `texnumber` (−1: none)";
 constexpr const char* kPlyColours =
     "colours of vertices or faces: `red green blue alpha`, `r g b a`, `diffuse_red` …; sRGB, "
-    "multiplied by a texture; of any type, to the least of 1, 255 and 65,535 that fits (bytes: "
-    "255)";
+    "multiplied by a texture; white is 255 for bytes, else the least of 1, 255 and 65,535 that "
+    "fits";
 constexpr const char* kPlyPassedOver =
     "ignored: other comments, `obj_info`, other properties of vertices and faces";
 constexpr const char* kPlyOddNumbers =
