@@ -238,7 +238,7 @@ std::vector<Said> saidOfMaterials() {
                            R"({"diffuseFactor":[2,1,1,1]})")},
         {"`KHR_materials_` anisotropy, clearcoat, emissive_strength, ior, iridescence, "
          "pbrSpecularGlossiness, sheen, specular, transmission, unlit, variants, volume ([no "
-         "refraction](../examples/guide/limits.md))",
+         "refraction](../examples/guide/light.md#glass))",
          "read", materialExtension("KHR_materials_clearcoat", R"({"clearcoatFactor":1})")},
         {kGltfOddMaterials, "warned", material(R"({"emissiveTexture":{"index":0,"texCoord":2}})")},
         {kGltfOddMaterials, "warned", [](GltfBuilder& b) { b.attributes().erase("TEXCOORD_0"); }},
