@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Decompression bombs, small files that promise much data or unpack to it: every verb that reads one stays fast and
-small.
+"""Tests that decompression bombs cost little time and memory, with every verb that reads them. Bombs are small files
+that declare much data, or unpack to much data.
 
-Each row makes its own files. A run may take SECONDS of processor time (plus the time in which the machine hands out the
-memory) and MEBIBYTES, or its --memory, and may end with any of its exit codes; a table is printed. PEELER is the
-program. With PEELER_SANITIZE (a sanitizer build) nothing is limited, because the sanitizer takes most of it; with
-PEELER_COVERAGE (line counts) the time is not limited."""
+Each row makes its own files. A run is limited to SECONDS of processor time (plus the time that the machine takes to
+allocate the memory) and to MEBIBYTES, or its --memory; its exit code must be an allowed one. Prints a table. PEELER is
+the program. With PEELER_SANITIZE (a sanitizer build) there are no limits, because most of the cost is the sanitizer's;
+with PEELER_COVERAGE (line counts) there is no time limit.
+"""
 
 import base64
 import collections
@@ -26,10 +27,10 @@ ALL = os.environ.get("PEELER_TEST_ALL") is not None
 SANITIZED = bool(os.environ.get("PEELER_SANITIZE"))
 SLOWED = SANITIZED or bool(os.environ.get("PEELER_COVERAGE"))
 SECONDS, MEBIBYTES = 2, 512
-ENDLESS = 600 if SANITIZED else 60  # seconds after which a run counts as hanging, and is killed
+ENDLESS = 600 if SANITIZED else 60  # in seconds; a longer run is killed as hanging
 
-# A bomb: its name, the function make(folder), the verb and its words with {} for the folder, the allowed exit codes,
-# the texts of which the message must contain one, and whether the short run includes the bomb.
+# A bomb: its name, the function make(folder), the verb and its arguments with {} for the folder, the allowed exit
+# codes, alternative texts of the message, and whether the short run includes the bomb.
 Bomb = collections.namedtuple("Bomb", "name make command codes words short")
 BOMBS = []
 
@@ -236,7 +237,7 @@ def chunk(kind, data):
 
 
 def packed(size):
-    """Returns `size` zeros deflated to a thousandth of that: the same compressed MiB again and again."""
+    """Returns `size` zeros deflated to a thousandth: the same compressed MiB repeated."""
     packer = zlib.compressobj(9, zlib.DEFLATED, -15)
     mebibyte = packer.compress(bytes(1 << 20)) + packer.flush(zlib.Z_FULL_FLUSH)
     return mebibyte * (size >> 20) + packer.compress(bytes(size % (1 << 20))) + packer.flush()
@@ -298,7 +299,7 @@ def jpeg(width, height, scans):
     """Returns a progressive JPEG of grey zeros, whose scans are runs of end-of-band codes."""
     counts = bytes(16)
     dc = segment(0xC4, b"\0" + bytes([1] + [0] * 15) + b"\0")  # the only code, "0", means a difference of 0 bits
-    # The codes of AC, 5 bits each, are 15 runs of blocks, EOB0 to EOB14.
+    # The table of AC codes: 15 codes of 5 bits, EOB0 to EOB14, each for a run of blocks.
     ac = segment(0xC4, b"\x10" + bytes([0] * 4 + [15] + [0] * 11) + bytes(i << 4 for i in range(15)))
     blocks = -(-width // 8) * -(-height // 8)
     first = segment(0xDA, b"\x01\x01\x00\x00\x00\x00") + bytes(-(-blocks // 8))
@@ -401,8 +402,8 @@ def varint(number):
     return out + bytes([number])
 
 
-# In Draco (https://google.github.io/draco/spec/), this gives a symbol decoder (rANS) a single symbol of probability 1,
-# so that symbols take no bits at all.
+# In Draco (https://google.github.io/draco/spec/), this makes a symbol decoder (rANS) with a single symbol of
+# probability 1, whose symbols take no bits at all.
 NOTHING = bytes([1, 1]) + varint(1) + bytes([1, 64]) + varint(1) + b"\0"
 
 
@@ -411,7 +412,7 @@ def draco_header(method, flags=0):
 
 
 def draco(folder, data, count, primitives=1, fallback=False):
-    """Writes a scene of primitives with `count` triangles each; they have their own accessors but share the Draco
+    """Writes a scene of primitives with `count` triangles each. Each has its own accessors, but all share the Draco
     data."""
     scene = triangle()
     (folder / "mesh.drc").write_bytes(data)
@@ -437,7 +438,7 @@ def draco(folder, data, count, primitives=1, fallback=False):
 
 
 def edgebreaker(symbols):
-    """Returns connectivity made of these symbols, in decoding order, with nothing after them."""
+    """Returns connectivity made of these symbols, in decoding order, with no data after them."""
     codes = {"C": "0", "S": "100", "L": "110", "R": "101", "E": "111"}
     bits = "".join(codes[symbol] for symbol in symbols)
     bits += "0" * (-len(bits) % 8)
@@ -449,14 +450,14 @@ def edgebreaker(symbols):
 
 
 def quadratic(count):
-    """Returns 4 * `count` triangles that merge with a vertex one by one, so that the decoder visits all triangles of
-    the vertex each time."""
+    """Returns 4 * `count` triangles that merge with a vertex one by one; each time, the decoder visits all triangles of
+    the vertex."""
     return edgebreaker("E" * count + "SCC" * (count - 1))
 
 
 def values_without_bits(faces, attributes):
-    """Returns attributes with four numbers for each of three vertices per triangle; all numbers take seven bytes in
-    addition to the description."""
+    """Returns attributes with four numbers for each of three vertices per triangle. All numbers together take seven
+    bytes, in addition to the description."""
     described = b"".join(b"\0\5\4\0" + varint(i) for i in range(attributes)) + b"\1" * attributes
     counts = varint(faces) + varint(3 * faces) + b"\0" + NOTHING + b"\1" + varint(attributes)
     return draco_header(0) + counts + described + (b"\xfe\1" + NOTHING) * attributes + bytes(3 * faces)
@@ -476,7 +477,7 @@ def Draco_of_100_million_triangles(folder):
 
 @bomb("info {}/scene.gltf", words="damaged")
 def Draco_of_endless_metadata(folder):
-    # Each block of metadata has another one nested inside.
+    # Each block of metadata contains another block.
     inner = varint(0) + varint(1) + b"\x01a"
     draco(folder, draco_header(1, 0x8000) + varint(0) + inner * 2000000, 1 << 20)
 
@@ -488,7 +489,7 @@ def Draco_of_faces_without_data(folder):
     draco(folder, data + bytes(1 << 20), faces)
 
 
-# Without a memory limit, or if the machine hands out memory slowly, the time limit applies first.
+# Without a memory limit, or if the machine allocates memory slowly, the time limit applies first.
 @bomb("info {}/scene.gltf", words=("longer than 1 s", "too much memory"))
 def Draco_of_values_without_bits(folder):
     draco(folder, values_without_bits(80000, 100), 80000)
@@ -713,8 +714,8 @@ Run = collections.namedtuple("Run", "code seconds mebibytes out err")
 
 
 def make_apart(make, folder):
-    """Makes the files in a separate process, because the peak of this process's resident memory would count for its
-    later children."""
+    """Makes the files in a separate process, because the peak resident memory of this process is included in that of
+    its later children."""
     child = os.fork()
     if child == 0:
         try:
@@ -769,8 +770,8 @@ print(min(seconds() for _ in range(3)) / (size >> 20))
 
 
 def seconds_a_mebibyte():
-    """Returns the processor time that the machine takes to hand out a MiB of memory: in virtual machines, that can be
-    most of the time of a program that fills 512 MB. Measures it in a separate process, like the making of the files."""
+    """Returns the processor time that the machine takes to allocate a MiB of memory. In virtual machines, this can be
+    most of the time of a program that fills 512 MB. Measures in a separate process, like make_apart()."""
     return float(subprocess.run([sys.executable, "-B", "-c", PAGES], capture_output=True, check=True).stdout)
 
 

@@ -2,8 +2,9 @@
 """Tests broken PLY, STL and OBJ files, which are generated here: each is rejected with the position of the fault, or
 drawn with a warning.
 
-Each may take at most SECONDS of processor time and MEBIBYTES, unless PEELER_SANITIZE is set. A table is printed. PEELER
-is the program."""
+Each file may take at most SECONDS of processor time and MEBIBYTES, unless PEELER_SANITIZE is set. Prints a table.
+PEELER is the program.
+"""
 
 import pathlib
 import struct
@@ -12,8 +13,8 @@ import unittest
 
 from bombs_test import MEBIBYTES, SANITIZED, SECONDS, run
 
-# Each file: its fault, its name, its bytes, and the expected words. For a rejected file (exit code 3), these are the
-# message and the position after the file name; for a drawn file (exit code 0), the warning, or "" if there is none.
+# Each file: its fault, its name, its bytes, and the expected texts. For a rejected file (exit code 3), these are the
+# message, and the position after the file name; for a drawn file (exit code 0), the warning, or "" for none.
 REFUSED, SHOWN = [], []
 
 
@@ -177,7 +178,7 @@ refused("obj: cut in a vertex", "o.obj", OBJ + "v 1 2", "fewer than three coordi
 refused("obj: a polygon of 200,000 zigzags", "o.obj", "".join(f"v {i} {i % 2 * 10} {i % 3}\n" for i in range(60000))
         + "f " + " ".join(map(str, range(1, 60001))) + "\n", "takes too long", ":60001")
 
-# ---- neither of them
+# ---- unknown formats
 
 refused("nothing", "x.glb", b"", "empty", "")
 refused("a picture", "x.bin", b"\x89PNG\r\n\x1a\n" + bytes(40), "neither a scene nor", "")

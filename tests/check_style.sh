@@ -8,8 +8,8 @@ set -eu
 cd "$(dirname "$0")/.."
 build=$1
 
-# --dry-run does not work: clang-format 14 objects to the ends of `namespace a::inline b` that it writes itself. So
-# copies are formatted, many files per process: with one or two files per process, it would take a minute.
+# --dry-run does not work: clang-format 14 rejects the ends of `namespace a::inline b` that it writes itself. So copies
+# are formatted, many files per process, which is faster than one process per file.
 copies=$(mktemp -d)
 trap 'rm -rf "$copies"' EXIT
 mkdir "$copies/written" "$copies/formatted"
@@ -20,8 +20,8 @@ git ls-files -z '*.cpp' '*.h' | (cd "$copies/formatted" && xargs -0 -P "$(nproc)
 (cd "$copies" && diff -ru written formatted)
 echo "clang-format: every file is formatted"
 
-# clang does not know every warning by GCC's name, hence -Wno-unknown-warning-option. GCC warns about shadowed names
-# unit by unit, but here a unit has many unrelated files.
+# clang does not know all of GCC's warnings, hence -Wno-unknown-warning-option. GCC checks for shadowed names in each
+# file; a unit here has many unrelated files, hence -Wno-shadow.
 /usr/bin/python3 -B tests/style_units.py "$build" "$build/style" ${2:-} |
     xargs -P "$(nproc)" -n 1 clang-tidy -p "$build/style" --quiet \
         --extra-arg=-Wno-unknown-warning-option --extra-arg=-Wno-shadow 2>/dev/null

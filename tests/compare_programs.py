@@ -1,19 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Carries out the same command lines with two programs and tells every difference.
+"""Runs the same command lines with two versions of the program and prints every difference.
 
     python3 -B tests/compare_programs.py BEFORE AFTER [FILTER]
     python3 -B tests/compare_programs.py --list [FILTER]
 
-BEFORE and AFTER are peelers, each with its lib/ beside it. compare_programs/command_lines.txt has the command lines,
-in paragraphs: each begins with a folder that is empty but for links to the scenes, and its lines may read what
-those before them wrote. FILTER is a regular expression; paragraphs with a line that matches it are carried out.
-Paragraphs that need the asset folder ($PEELER_ASSETS, or ../shared/assets beside the repository) are skipped
-where it is absent, and that is said.
+BEFORE and AFTER are peeler programs, each with its lib/ next to it. compare_programs/command_lines.txt has the command
+lines in paragraphs. A paragraph starts in a new folder that contains only links to the scenes; later lines may read the
+output of earlier lines. FILTER is a regular expression that selects the paragraphs with a matching line. Paragraphs
+that need the asset folder ($PEELER_ASSETS, or ../shared/assets next to the repository) are skipped with a note if it
+does not exist.
 
-Of every line the exit code, stdout, stderr and the files that it wrote, changed or removed have to be the same to the
-byte. Only what a program cannot repeat is left out: times, the most memory that was resident, progress told by the
-clock, and where the program and its folder lie. JSON is compared as values by their keys, in whatever order; keys
-that have another name on purpose stand in UNIFIED, those that are new in ADDED. Exits with 1 if anything differs."""
+For each line, the exit code, stdout, stderr and all files that the line wrote, changed or removed must be the same,
+byte for byte. Only unrepeatable values are ignored: times, peak resident memory, progress by elapsed time, and the
+paths of program and folder. JSON is compared by keys, in any order. UNIFIED lists keys renamed on purpose, ADDED new
+keys. Exits with 1 if there is a difference.
+"""
 
 import argparse
 import collections
@@ -36,16 +37,16 @@ SOURCE = pathlib.Path(__file__).resolve().parents[1]
 INPUTS = SOURCE / "tests" / "compare_programs"
 ASSETS = pathlib.Path(os.environ.get("PEELER_ASSETS") or SOURCE.parent / "shared" / "assets").resolve()
 LINKS = {"scenes": SOURCE / "examples" / "scenes", "inputs": INPUTS, "assets": ASSETS}
-LIMIT = 300  # in seconds; a command line that takes longer is stopped, even on a busy machine
+LIMIT = 300  # in seconds, enough for a busy machine; a slower command line is stopped
 
 VERB = re.compile(r"\bpeeler ?([a-z]*)")
 
-# JSON keys that were renamed on purpose: (verb, key before, key after). A key is a path to a value, such as
-# "cells.label", and includes everything below it. None means that only one of the programs has the key.
+# JSON keys renamed on purpose: (verb, key before, key after). A key is a path to a value, such as "cells.label", and
+# includes everything below it. None means that only one of the programs has the key.
 UNIFIED = ()
 
-# JSON keys that are new on purpose: (verb, keys), with keys as above. If BEFORE has a value other than "", AFTER must
-# have the same value; otherwise any value is fine.
+# JSON keys that are new on purpose: (verb, keys), with keys as in UNIFIED. If BEFORE has a value other than "", AFTER
+# must have the same value; otherwise any value is fine.
 BEGINNING_AND_END = ("input", "output", "bytes", "outputs", "settingsHash", "renderer", "backend", "peakMemory",
                      "milliseconds")
 ADDED = (
@@ -64,17 +65,17 @@ ADDED = (
     ("batch", tuple(f"result.{key}" for key in (*BEGINNING_AND_END, "engine", "forecastMemory"))),
 )
 
-# JSON keys whose values, and everything below them, differ from run to run.
+# JSON keys whose values differ from run to run, including everything below them.
 VOLATILE = {"milliseconds", "forecastMemory", "peakMemory", "seconds"}
 
-# Texts that differ from run to run because they tell times or resident memory, each with its replacement.
+# Texts with times or resident memory, which differ from run to run, each with its replacement.
 MEASURED = (
     (re.compile(r"\b[\d,]+ ms\b"), "# ms"),
     (re.compile(r'"seconds":[\d.]+'), '"seconds":#'),
     (re.compile(r"\d+M (are needed for the smallest bands.*\n.*give at least) \d+M"), r"#M \1 #M"),
 )
 
-# Progress lines that depend on elapsed time: all percentages but the first and the last.
+# Progress lines that depend on elapsed time: all percentages except the first and the last.
 NOW_AND_THEN = re.compile(
     r"^(peeler: [a-z ]+ \d+ %"
     r"|openjd_progress: (?!0\.0$|100\.0$).*"
@@ -136,7 +137,7 @@ class Program:
         return {"exit code": process.returncode, **outcome}
 
     def changed(self):
-        """Returns {name: content} for new and changed files; the content of removed files is None."""
+        """Returns {name: content} of new and changed files; the content of removed files is None."""
         now = {}
         for folder, _, names in os.walk(self.folder):
             for path in (pathlib.Path(folder, name) for name in names):
@@ -147,8 +148,7 @@ class Program:
         return {str(name): (self.folder / name).read_bytes() if name in now else None for name in names}
 
     def comparable(self, content):
-        """Returns JSON as values by key, other text without the parts that differ from run to run, and anything else as
-        it is."""
+        """Returns JSON as values by key, other text without its volatile parts, and anything else unchanged."""
         try:
             text = content.decode()
         except (AttributeError, UnicodeDecodeError):
@@ -166,7 +166,7 @@ class Program:
 
 def json_values(text):
     """Returns {key: [(indices in the lists on the path, value), ...]} for JSON or JSON lines; None for other text."""
-    # Decimals keep the digits as they are written.
+    # Decimal keeps the digits as written.
     parse = functools.partial(json.loads, parse_float=decimal.Decimal, parse_int=decimal.Decimal)
     if not text.startswith(("{", "[")):
         return None
@@ -194,7 +194,8 @@ def json_values(text):
 
 
 def unify(verb, before, after):
-    """Returns both, with the renamed keys as in AFTER, and without the keys that UNIFIED allows in only one of them."""
+    """Returns both values, with keys renamed as in AFTER, and without the keys that UNIFIED allows in only one of
+    them."""
     for of, old, new in UNIFIED:
         if of != verb:
             continue
@@ -208,7 +209,7 @@ def unify(verb, before, after):
 
 
 def without_added(verb, before, after):
-    """Returns both, without the new values that ADDED allows."""
+    """Returns both values, without the new values that ADDED allows."""
     added = tuple(f"{key}." for of, keys in ADDED if of == verb for key in keys)
     before, after = dict(before), dict(after)
     for key in [key for key in after if f"{key}.".startswith(added)]:
@@ -221,7 +222,7 @@ def without_added(verb, before, after):
 
 
 def difference(verb, before, after):
-    """Returns the difference between two values in a few words; nothing if they are equal."""
+    """Returns a short description of the difference between two values; nothing if they are equal."""
     if isinstance(before, dict) and isinstance(after, dict):
         before, after = without_added(verb, *unify(verb, before, after))
         keys = [key for key in before | after if before.get(key) != after.get(key)]
@@ -243,7 +244,7 @@ def difference(verb, before, after):
 
 
 def words(value):
-    """Returns a value as a text that fits into a line."""
+    """Returns a value as a text that fits on a line."""
     if value is None or isinstance(value, dict):
         return "nothing" if value is None else "JSON"
     text = ", ".join(str(one) for _, one in value) if isinstance(value, list) else repr(value)

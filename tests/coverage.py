@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Prints which part of the lines and branches of cmd/, core/ and formats/ the tests cover, as a table by folder.
+"""Prints the share of lines and branches of cmd/, core/ and formats/ that the tests cover, as a table by folder.
 
     python3 tests/coverage.py BUILD_FOLDER [FILES]
 
-FILES is the number of least covered files to list (default 10). The build folder must be one of preset `coverage`,
-after a run of the tests; gcovr reads gcc's counters there. Branches that only exceptions take are not counted."""
+FILES is the number of least covered files to list (default 10). The build folder must be of preset `coverage`, after a
+run of the tests; gcovr reads gcc's counters there. Does not count branches that only exceptions take.
+"""
 
 import collections
 import json

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tests that the product has only one place for each of these: writing and parsing JSON, finding and opening files,
-escaping strings, and opening GL contexts.
+"""Tests that the product has a single place for each of these tasks: writing and parsing JSON, finding and opening
+files, escaping strings, and opening GL contexts.
 
-Searches every source of the product for other code that could throw, wait for a pipe, or print the text of a file."""
+Searches all sources of the product for other code that could throw, wait for a pipe, or print the text of a file.
+"""
 
 import pathlib
 import re

@@ -2,13 +2,14 @@
 """Tests the race in Mesa's rasteriser that cmd/mutex_destroy.cpp fixes: a program crashes without the fix, but not with
 it.
 
-The rasteriser is stalled at the critical points, and fences get pages of their own (support/driver_race). With such
-stalls, renders must give the usual files: 4 renders, with PEELER_TEST_ALL 160, or PEELER_STALLED_RENDERS.
-ThreadSanitizer, which disables the fix (PEELER_SANITIZE), reports the race despite the suppressions in
-sanitizers/races.txt.
+The rasteriser is stalled at the critical points, and each fence is allocated in pages of its own (support/driver_race).
+With such stalls, renders must give the usual files. The number of renders is 4, with PEELER_TEST_ALL 160, or
+PEELER_STALLED_RENDERS. ThreadSanitizer, which disables the fix (PEELER_SANITIZE), must report the race despite the
+suppressions in sanitizers/races.txt.
 
 FENCE_RACE is support/programs/fence_race.cpp, FENCE_RACE_MENDED the same program with the fix, DRIVER_RACE the
-preloaded library, PEELER the program itself."""
+preloaded library, PEELER the program itself.
+"""
 
 import itertools
 import os
@@ -105,5 +106,5 @@ class Race(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))  # crashes leave no core files
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))  # no core files after crashes
     unittest.main()

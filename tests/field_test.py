@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tests that small files from other programs ($PEELER_FIELD, or else ../shared/field) are drawn correctly.
+"""Tests that small files from other programs ($PEELER_FIELD, or ../shared/field by default) are drawn correctly.
 
-Skipped, with the reason, if the folder does not exist. Other tests make such files themselves. PEELER is the
-program."""
+Skipped, with the reason, if the folder does not exist. Other tests generate such files. PEELER is the program.
+"""
 
 import os
 import pathlib
@@ -33,7 +33,7 @@ class Field(unittest.TestCase):
         self.out = pathlib.Path(scratch.name)
 
     def folder(self, start):
-        """Returns a copy of the folder whose name begins like this, for programs that write next to their input."""
+        """Returns a copy of the folder whose name has this prefix, for programs that write next to their input."""
         (found,) = FIELD.glob(f"{start}-*")
         copy = self.out / found.name
         shutil.copytree(found, copy)

@@ -22,7 +22,7 @@ def files(source, folders, suffixes):
 
 
 def rooms(source):
-    """Returns the rooms of the three tables, in the order in which they may include each other."""
+    """Returns the rooms of the three tables, in their order: a room may include only earlier ones."""
     found = []
     for library in LIBRARIES:
         text = (source / library / "README.md").read_text(encoding="utf-8")
@@ -48,7 +48,7 @@ def includes(source):
 
 
 def not_from_the_root(source):
-    """Returns the includes of our own files by a shorter path, which the checks below would miss."""
+    """Returns the includes of our own files by a shorter path, which the other checks would miss."""
     errors = []
     for path in files(source, LIBRARIES, CODE):
         for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
@@ -84,8 +84,7 @@ def tables_and_folders(source):
 
 
 def back_arrows(order, arrows, verbs=()):
-    """Returns the includes that go against the order of rooms. `verbs` are the rooms that may not include each
-    other."""
+    """Returns the includes that violate the order of rooms. `verbs` are the rooms that may not include each other."""
     errors = []
     for name, line, included in arrows:
         room, other = room_of(name), room_of(included)

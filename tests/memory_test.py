@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tests that the forecast of --dry-run is between a job's real peak and 1.5 times that peak, and that under a memory
+"""Tests that the forecast of --dry-run is between a job's real peak and 1.5 times that peak. Tests that under a memory
 limit of the kernel a job fits, or is refused before its first band, but is never killed.
 
-Prints two tables. PEELER is the program, PEELER_ASSETS the folder of models; PEELER_TEST_ALL makes the tables long."""
+Prints two tables. PEELER is the program, PEELER_ASSETS the folder of models. PEELER_TEST_ALL makes the tables long.
+"""
 
 import contextlib
 import functools
@@ -22,8 +23,8 @@ ASSETS = pathlib.Path(os.environ.get("PEELER_ASSETS") or HERE.parents[1] / "shar
 MOST = 1.5  # the maximum ratio of a forecast to the peak
 RENDERED = tempfile.TemporaryDirectory()  # pylint: disable=consider-using-with
 
-# Each job: the verb, the scene, the output, and the other words; "*" marks the jobs of the short run. For an extract,
-# the words before the colon render its input; "{}" is the output.
+# The jobs: verb, scene, output, and the other words. "*" marks the jobs of the short run. For an extract, the words
+# before the colon render its input. "{}" is the output.
 JOBS = """
 * render coincident.glb a.exr --size 64x64
   render coincident.glb a.png --size 64x64
@@ -106,7 +107,7 @@ JOBS = """
   extract glasses.glb a --size 1280x720 --as deep : --npz {}.npz --points {}.ply
 """
 
-# The limits in MB.
+# Memory limits in MB.
 LIMITS = (300, 600, 1000) if ALL else (300, 600)
 LIMITED = """
 * render coincident.glb a.exr --size 320x180
@@ -131,7 +132,7 @@ LIMITED = """
 
 
 def jobs(table):
-    """Returns the jobs in a table whose scenes exist, as lists of words without the output's folder."""
+    """Returns the jobs of a table whose scenes exist, as lists of words without the output's folder."""
     found = []
     for line in table.strip("\n").splitlines():
         if not line.startswith("*") and not ALL:
@@ -148,7 +149,7 @@ def jobs(table):
 
 @functools.cache
 def rendered(scene, words):
-    """Returns the layered file that an extract reads, which is the scene rendered with these words."""
+    """Returns the layered file that an extract job reads: the scene rendered with these words."""
     file = pathlib.Path(RENDERED.name) / f"{len(list(pathlib.Path(RENDERED.name).iterdir()))}.exr"
     subprocess.run([PEELER, "render", scene, "-o", file, "--quiet", *words], check=True)
     return file
@@ -207,7 +208,7 @@ class Forecasts(unittest.TestCase):
 
 
 class Cgroup:
-    """A child of our own cgroup that has this memory limit in bytes; the context removes it at its end."""
+    """A child of our own cgroup with this memory limit in bytes. The context manager removes it at the end."""
 
     def __init__(self, limit):
         self.limit = limit
@@ -215,8 +216,8 @@ class Cgroup:
 
     @staticmethod
     def parents():
-        """Yields our own memory cgroup, in either version: its folder, the name of the file for the limit, and the name
-        of the file for the limit with swap."""
+        """Yields our own memory cgroup, for either version of cgroups: its folder, the name of the file with the limit,
+        and the name of the file with the limit including swap."""
         for line in pathlib.Path("/proc/self/cgroup").read_text(encoding="utf-8").splitlines():
             _, controllers, group = line.split(":", 2)
             if "memory" in controllers.split(","):
@@ -253,7 +254,7 @@ class Cgroup:
         (self.folder / "cgroup.procs").write_text(str(os.getpid()), encoding="ascii")
 
     def kills(self):
-        """Returns how many processes in the group were killed by the kernel's OOM killer."""
+        """Returns the number of processes in the group that the kernel's OOM killer has killed."""
         for name in ("memory.events", "memory.oom_control"):
             with contextlib.suppress(OSError):
                 for line in (self.folder / name).read_text(encoding="ascii").splitlines():
@@ -300,7 +301,7 @@ class Limits(unittest.TestCase):
                 faults.append(f"it left {files[0].name}")
             if "give at least" not in ran.stderr and "raise that limit" not in ran.stderr:
                 faults.append("no hint")
-            # A job must be refused while it plans, before the first band; for a composite, planning is most of the
+            # A job must be refused during planning, before the first band; for a composite, planning is most of the
             # work.
             if any(line["progress"] > 0.8 for line in told):
                 faults.append("it was refused late")

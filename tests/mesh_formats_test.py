@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tests that a model is the same in glTF, PLY, STL and OBJ, and that peeler reads other programs' meshes as those
+"""Tests that a model is the same in glTF, PLY, STL and OBJ, and that peeler reads the meshes of other programs as these
 programs do.
 
-PEELER is the program."""
+PEELER is the program.
+"""
 
 import importlib.util
 import json
@@ -341,7 +342,7 @@ class OtherPrograms(Scratch):
             found = self.counts(path)
             again = open3d.io.read_triangle_mesh(str(path))
             self.assertEqual(found[0], len(again.triangles), name)
-            # Text files have six digits; binary files have our bits.
+            # Text files have six digits; binary files have the same bits as ours.
             if name in ("e.ply", "e.stl"):
                 self.assertEqual(found[1:], whole[1:], name)
 

@@ -1,15 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Breaks the product on purpose, one place after the other: the tests have to see each.
+"""Runs mutation tests: changes the product in one place at a time, which the tests must detect.
 
     sh tests/run.sh mutations [--count N] [--seed S] [--list] [FILE ...]
 
-A place is chosen by rule on the parsed source, so edits elsewhere do not change it: clang's AST gives the comparisons,
-the sums and products, the conditions, the constants and the calls of C++; of shaders, which clang does not parse, the
-tokens give the operators. Rooms, files and rules have their turns. FILE restricts the choice to those files.
+Places are chosen by a rule on the parsed source, so edits elsewhere do not change the choice. For C++, clang's AST
+gives the comparisons, sums and products, conditions, constants and calls. For shaders, which clang does not parse, the
+tokens give the operators. The choice takes turns among rooms, files and rules. FILE restricts it to those files.
 
-Works on a copy of the tree in build/mutations. The labels of ctest run in the order in which they cost time, each up to
-its first failure. Prints each mutation and the test that saw it, and the text of those that no test saw. Some of these
-change nothing that can be observed: look at them. Exits with 1 if there are any."""
+Works on a copy of the tree in build/mutations. Runs the labels of ctest from the fastest to the slowest, each up to its
+first failure. Prints each mutation and the test that detected it, and the text of each mutation that no test detected.
+Some of these have no observable effect: inspect them. Exits with 1 if there are any.
+"""
 
 import argparse
 import hashlib
@@ -41,7 +42,7 @@ class Mutation:
     def __init__(self, rule, file, text, begin, end, mutated, where):
         self.rule, self.file, self.begin, self.end, self.mutated = rule, file, begin, end, mutated
         self.line = text.count(b"\n", 0, begin) + 1
-        # The place is named by its context, not its line, so that an edit above it does not change the choice.
+        # The place is identified by its context, not its line, so that an edit above it does not change the choice.
         self.place = f"{rule} {file} {where} {text[begin:end].decode(errors='replace')} {mutated}"
 
     def __str__(self):
@@ -58,7 +59,7 @@ def statement_end(text, end):
 
 
 def of_shader(path, name):
-    """Yields the mutations of a shader's operators, which it finds as tokens."""
+    """Yields the mutations of a shader's operators, found among its tokens."""
     text = path.read_bytes()
     code = re.sub(rb"//[^\n]*|^#[^\n]*", lambda found: b" " * len(found[0]), text, flags=re.MULTILINE)
     counted = {}
@@ -71,7 +72,7 @@ def of_shader(path, name):
 
 
 def of_source(path, name, folder, flags, clang):
-    """Yields the mutations of a .cpp, which it finds in clang's AST."""
+    """Yields the mutations of a .cpp, found in clang's AST."""
     text = path.read_bytes()
     unit = clang.Index.create().parse(
         str(path), args=[*(flag for flag in flags[1:] if not flag.startswith("-W")), "-w"],
@@ -90,7 +91,7 @@ def of_source(path, name, folder, flags, clang):
         children = list(cursor.get_children())
         if function and begin < end:
             if cursor.kind in (kinds.BINARY_OPERATOR, kinds.COMPOUND_ASSIGNMENT_OPERATOR) and len(children) == 2:
-                # The operator stands between its operands.
+                # The operator is between its operands.
                 between = text[children[0].extent.end.offset:children[1].extent.start.offset]
                 spelled = between.strip().decode(errors="replace")
                 at = children[0].extent.end.offset + between.find(spelled.encode())
@@ -159,7 +160,7 @@ def chosen_of(files, count, seed):
             if found:
                 places[name].remove(found)
                 chosen.append(found)
-                order.append(name)  # its next turn comes after those of all others
+                order.append(name)  # moves it to the end of the queue
                 break
     return chosen
 
@@ -172,8 +173,7 @@ def run(*command, **options):
 
 
 def copy_tree():
-    """Copies the tracked files. Files that are already the same keep their times, so that only changed ones are
-    compiled again."""
+    """Copies the tracked files. Unchanged files keep their times, so that only changed ones are compiled again."""
     COPY.mkdir(parents=True, exist_ok=True)
     listed = subprocess.run(["git", "ls-files", "-z"], cwd=SOURCE, check=True, capture_output=True)
     for name in listed.stdout.decode().split("\0"):

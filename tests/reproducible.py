@@ -4,7 +4,8 @@ packs both, and compares every file.
 
     python3 tests/reproducible.py SOURCE_FOLDER BUILD_FOLDER
 
-Exits with 1 if a file differs, and prints where; if diffoscope is installed, prints the difference."""
+If a file differs, prints the place and exits with 1; if diffoscope is installed, prints the difference.
+"""
 
 import collections
 import hashlib
@@ -43,7 +44,7 @@ def run(command, **options):
 
 
 def make_locale(folder, name):
-    """Builds a locale in that folder, because Debian installs none by default; returns whether it exists."""
+    """Builds a locale in that folder, because Debian installs none by default. Returns whether it exists."""
     folder.mkdir()
     language, _, encoding = name.partition(".")
     if shutil.which("localedef"):
@@ -82,7 +83,7 @@ def ways(row, folder, date):
     else:
         print("left out: another host name, which needs root")
     if row.clock and shutil.which("faketime"):
-        # The times of files remain real, because ninja needs them.
+        # File times remain real, because ninja needs them.
         environment["NO_FAKE_STAT"] = "1"
         prefix += ["faketime", "-f", row.clock]
     elif row.clock:
@@ -113,7 +114,7 @@ def build(folder, row, date):
 
 
 def fingerprint(path):
-    """Returns the properties that equal files have in common: their content, and whether they are executable."""
+    """Returns the compared properties of a file: its content, and whether it is executable."""
     if path.is_symlink():
         return os.readlink(path)
     return hashlib.sha256(path.read_bytes()).hexdigest(), path.stat().st_mode & 0o111 != 0

@@ -7,18 +7,18 @@
 #   sh tests/run.sh -L unit    arguments go to ctest; the style is not checked
 #   sh tests/run.sh all        everything, about an hour (tests/README.md, "What only all runs")
 #   sh tests/run.sh plain      a build without a preset, and some of its tests
-#   sh tests/run.sh coverage   the short run, and the lines of the product that it reaches
+#   sh tests/run.sh coverage   the short run, and the lines of the product that it covers
 #   sh tests/run.sh asan|ubsan|tsan [ARGUMENTS]   the short run, and the command on every model, with a
 #                              sanitizer for memory errors and leaks, undefined behaviour, or races
 #                              (tests/README.md, "Sanitizers"); arguments go to ctest
-#   sh tests/run.sh mutations  breaks the product in one place after another; the tests must notice each
+#   sh tests/run.sh mutations  breaks the product in one place at a time; the tests must detect it
 #                              (tests/README.md, "Coverage and mutations")
 #   sh tests/run.sh fuzz [TARGET|all] [SECONDS]   fuzzes programs that read files and command lines with
 #                              libFuzzer, 60 seconds each (tests/README.md, "Fuzzing")
-#   sh tests/run.sh bench      measures instead, and writes tests/benchmarks/RESULTS.md; about an hour on
+#   sh tests/run.sh bench      benchmarks, and writes tests/benchmarks/RESULTS.md; about an hour on
 #                              2 idle cores; more options: tests/benchmarks/results.py
-#   sh tests/run.sh compare BEFORE [FILTER]   the same command lines with another peeler and with the
-#                              one built here; prints every difference (compare_programs.py)
+#   sh tests/run.sh compare BEFORE [FILTER]   runs the same command lines with another build of peeler and
+#                              this one; prints every difference (compare_programs.py)
 set -eu
 cd "$(dirname "$0")/.."
 python="/usr/bin/python3 -B" # Debian's own Python has Debian's packages
@@ -45,8 +45,8 @@ run_tests() {
     $places ctest --preset "$@" -j "$(nproc)" --output-junit tests/results/ctest.xml || failed=1
 }
 
-# Builds as packagers do: without a preset, and each file as a unit of its own. Runs the tests that start quickly, and
-# an eighth of those that draw or start programs.
+# Builds like packagers: without a preset, and each file as a unit of its own. Runs the tests that start quickly, and an
+# eighth of those that draw or start programs.
 plain() {
     cmake -B build/plain ${PEELER_CMAKE_ARGUMENTS:-} &&
         cmake --build build/plain -j "$(nproc)" &&
@@ -92,7 +92,7 @@ coverage)
     ;;
 asan | ubsan | tsan)
     preset=$1
-    # GCC 12's ThreadSanitizer fails ("unexpected memory mapping") at some of the addresses that kernels choose if they
+    # GCC 12's ThreadSanitizer fails ("unexpected memory mapping") at some addresses that kernels choose if they
     # randomise more than 28 bits.
     if [ "$preset" = tsan ] && [ "$(cat /proc/sys/vm/mmap_rnd_bits)" -gt 28 ]; then
         places="setarch --addr-no-randomize"
@@ -101,7 +101,7 @@ asan | ubsan | tsan)
     stage build build
     rm -f "build/$preset/reports/"*
     stage tests run_tests "$@"
-    # The reports include errors in processes whose exit code nobody checks.
+    # The reports include errors in processes whose exit codes no test checks.
     for report in "build/$preset/reports/"*; do
         [ -e "$report" ] || continue
         failed=1

@@ -4,7 +4,8 @@ processors with and without fused multiply-adds and wider registers, and compare
 
     python3 tests/same_hits.py SOURCE_FOLDER BUILD_FOLDER
 
-Exits with 1 if two builds differ. Flags that this machine cannot run are skipped with a message."""
+Exits with 1 if two builds differ. Skips flags that this machine cannot run, with a message.
+"""
 
 import json
 import os
@@ -16,10 +17,10 @@ import struct
 import subprocess
 import sys
 
-# The features that matter in each x86-64 level, by their names in /proc/cpuinfo.
+# The relevant features of the x86-64 levels, by their names in /proc/cpuinfo.
 V3 = {"avx2", "bmi2", "fma"}
 V4 = V3 | {"avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"}
-# Each build: name, build type, flags, and the processor features that it requires (None: any processor).
+# Each build: name, build type, flags, and the processor features that it needs (None: any processor).
 BUILDS = [
     ("debug", "Debug", "-O0", None),
     ("release", "Release", "-O3", None),
@@ -85,7 +86,7 @@ def run(*command):
 
 
 def built(source, folder, build_type, flags):
-    """Returns the path of the built program. These flags replace those of the build type."""
+    """Returns the path of the built program. The flags replace those of the build type."""
     kind = build_type.upper()
     run("cmake", "-S", source, "-B", folder, "-G", "Ninja", f"-DCMAKE_BUILD_TYPE={build_type}",
         f"-DCMAKE_CXX_FLAGS_{kind}={flags}")  # fmt: skip

@@ -3,11 +3,12 @@
 
     single_files.py BUILD_FOLDER [headers]
 
-Compiles, without output, the files that differ from the last landed commit and those that include them (a random 28 at
-most), and as many others as SECONDS allow, in a different order at every commit. The last landed commit is this
-branch's merge base with origin/main; if that is unknown, or is this very commit, it is the thirtieth commit before.
-Skips files that the build itself compiles alone; the .cpp that includes a header first covers that header. With
-`headers`, compiles only headers that no .cpp includes first."""
+Compiles, without output, the files that differ from the last landed commit and the files that include them (at most 28,
+chosen at random), and as many others as SECONDS allow, in a different order at every commit. The last landed commit is
+this branch's merge base with origin/main. If that is unknown, or is the current commit, it is the thirtieth commit
+before. Skips files that the build itself compiles alone, and headers that a .cpp includes first. With `headers`,
+compiles only headers that no .cpp includes first.
+"""
 
 import concurrent.futures
 import json
@@ -41,7 +42,7 @@ def files_of(unit):
 
 
 def turn_of(source):
-    """Returns a random number generator that gives a different order at every commit."""
+    """Returns a random number generator with a different seed for every commit."""
     return random.Random("".join(git(source, "rev-parse", "HEAD")))
 
 
@@ -60,7 +61,7 @@ def commands(build):
 
 
 def includes(source, file):
-    """Returns our own files that a file includes, in their order."""
+    """Returns the files of our own that a file includes, in order."""
     roots = [source / "tests"] if source / "tests" in file.parents else []
     roots += [source, source / "cmd/library/include"]
     found = []
@@ -96,8 +97,8 @@ def compile_alone(unit):
 
 
 def files_to_compile(build, source):
-    """Returns ({file: (folder, compiler and flags)} for files that the build does not compile alone, {file: those of
-    our files that it includes})."""
+    """Returns ({file: (folder, compiler and flags)} for files that the build does not compile alone, {file: the files
+    of our own that it includes})."""
     units, alone = commands(build)
     included = {file: includes(source, file) for folder in FOLDERS for file in (source / folder).rglob("*.h")}
     included |= {file: includes(source, file) for file in units if source in file.parents}
@@ -112,7 +113,8 @@ def files_to_compile(build, source):
 
 
 def chosen_of(units, included, source):
-    """Returns (the files that are always compiled, the others in order, a text that says how the first were chosen)."""
+    """Returns (the files that are always compiled, the others in order, a text that explains the choice of the first
+    ones)."""
     base, changed = different(source)
     turn = turn_of(source)
     first = sorted(file for file in units if file in changed or changed & set(included[file][:1]))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tests that single_files.py notices a missing include, and passes if there is none."""
+"""Tests that single_files.py detects a missing include, and succeeds otherwise."""
 
 import contextlib
 import io

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs peeler for a long time: scenes that change in one process, many jobs in one batch, many processes on one folder.
+"""Runs peeler for a long time: changing scenes in one process, many jobs in one batch, many processes in one folder.
 
 Memory, descriptors, threads and GL objects must not grow, and results must equal the first results. The short run has a
-few frames of each; PEELER_TEST_ALL has FRAMES, and runs processes on one folder for PEELER_SOAK_SECONDS (default:
-3600). PEELER is the program, PEELER_FAILING_CALLS the library that counts GL objects (support/failing_calls),
-PEELER_SANITIZE names the sanitizers of the build, whose memory grows. A table is printed."""
+few frames of each; PEELER_TEST_ALL has FRAMES, and runs processes in one folder for PEELER_SOAK_SECONDS (default:
+3600). PEELER is the program, PEELER_FAILING_CALLS the library that counts GL objects (support/failing_calls).
+PEELER_SANITIZE names the sanitizers of the build, whose own memory grows. Prints a table.
+"""
 
 import collections
 import gc
@@ -30,10 +31,11 @@ ALL = "PEELER_TEST_ALL" in os.environ
 SECONDS = float(os.environ.get("PEELER_SOAK_SECONDS", 3600)) if ALL else 0
 FRAMES, JOBS, PROCESSES, PICTURES = (20_000, 2_000, 8, 40) if ALL else (72, 12, 3, 6)
 LARGEST_MODEL = 300_000  # in bytes
-MOST_GROWTH = 6 << 20  # the most bytes by which the overhead of allocators may grow
-# Over many rounds, holes between allocations add up, ever more slowly; they cannot be returned to the system.
+MOST_GROWTH = 6 << 20  # the maximum growth of allocator overhead, in bytes
+# Over many rounds, gaps between allocations accumulate, ever more slowly. Their memory cannot be returned to the
+# system.
 MOST_RESIDENT_GROWTH = (32 << 20) if ALL else MOST_GROWTH
-MOST_OF_JOB = 8 << 10  # the most bytes that a batch keeps per job, for its line and its result
+MOST_OF_JOB = 8 << 10  # the maximum memory of a batch per job, for its line and result, in bytes
 GL_OBJECTS = 31  # the index of this count in the record of failing_calls.h
 
 started = time.monotonic()
@@ -74,7 +76,7 @@ def state_of(pid, record=None):
 
 
 def settled_state_of(pid):
-    """Returns the state of a process without what it holds only briefly, at the start of a job."""
+    """Returns the state of a process, without resources that it holds only briefly at the start of a job."""
     states = []
     for _ in range(10):
         states.append(state_of(pid))
@@ -111,8 +113,8 @@ def picture_of(peeler, renderer, path, way):
 
 
 def render_for_long(record, frames):
-    """Prints JSON lines: once per round of the views, (frame, State of the process that runs the jobs, State of this
-    process); at the end, the views whose results have changed."""
+    """Prints JSON lines. For each round of the views: (frame, State of the process that runs the jobs, State of this
+    process). At the end: the views whose results have changed."""
     sys.path.insert(0, str(PEELER.parent / "python"))
     import peeler  # pylint: disable=import-outside-toplevel,import-error
 
@@ -147,7 +149,8 @@ class Soak(unittest.TestCase):
         with open(record, "wb") as file:
             file.truncate(1 << 20)
         environment = {**os.environ, "LD_PRELOAD": COUNTER, "PEELER_FAILING_RECORD": str(record), "LP_NUM_THREADS": "0"}
-        # A driver may compile or keep something in any round: a jump is no leak, which more rounds show.
+        # A driver may compile or keep data in any round, so a single jump is no leak. More rounds show whether it is
+        # one.
         for frames in (FRAMES, 4 * FRAMES):
             grown = self.render(environment, record, frames)
             if max(grown.values()) < MOST_RESIDENT_GROWTH:
@@ -156,7 +159,8 @@ class Soak(unittest.TestCase):
         self.fail(f"memory grows: {grown}")
 
     def render(self, environment, record, frames):
-        """Renders scenes in one process, and returns {process: bytes grown between the second and the last third}."""
+        """Renders scenes in one process, and returns {process: growth in bytes between the second and the last
+        third}."""
         begun = time.monotonic()
         done = subprocess.run([sys.executable, "-B", __file__, "render", record, str(frames)], env=environment,
                               stdout=subprocess.PIPE, text=True, check=False)
@@ -165,8 +169,8 @@ class Soak(unittest.TestCase):
         self.assertEqual([line for line in told if "another result" in line], [])
         states = [State(*line["state"]) for line in told if "state" in line]
         clients = [State(*line["client"]) for line in told if "state" in line]
-        # Drivers and allocators keep memory from the first rounds. Memory that a thread is about to return counts in
-        # some rounds and not in others, especially on a busy machine; leaked memory counts in all later ones.
+        # Drivers and allocators keep memory from the first rounds. Memory that a thread is about to free counts in some
+        # rounds but not in others, especially on a busy machine; leaked memory counts in all later rounds.
         third = len(states) // 3
         self.assertGreater(third, 1)
         thirds = (slice(third, -third), slice(-third, None))
@@ -209,7 +213,7 @@ class Soak(unittest.TestCase):
             print("left out: the memory of a batch, which is the sanitizer's")
         else:
             self.assertLess(kept, MOST_OF_JOB + MOST_GROWTH / JOBS)
-        # A leak would show in every later round.
+        # A leak would be visible in every later round.
         first, last = states[: JOBS // 3], states[-(JOBS // 3) :]
         self.assertLessEqual(min(s.descriptors for s in last), max(s.descriptors for s in first))
 
@@ -225,7 +229,7 @@ class Soak(unittest.TestCase):
             folder = self.folder / f"round {rounds}"
             running = [subprocess.Popen([*command, folder / "@@@@.png", "--skip-existing"]) for _ in range(PROCESSES)]
             self.assertEqual([process.wait() for process in running], [0] * PROCESSES)
-            # Hidden files count too: none may remain.
+            # There must be no hidden files either.
             self.assertEqual({path.name: content_of(path) for path in folder.iterdir()}, pictures)
             for path in folder.iterdir():
                 path.unlink()

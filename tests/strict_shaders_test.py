@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Compiles every shader that the tests gave to the driver (saved through PEELER_SAVE_SHADERS) with a stricter compiler:
-each stage as GLSL 4.50 core. Also links the programs, converts them to SPIR-V for OpenGL, and validates the SPIR-V.
+"""Compiles all shaders that the tests passed to the driver (saved through PEELER_SAVE_SHADERS) with a stricter
+compiler: each stage as GLSL 4.50 core. Also links the programs, converts them to SPIR-V for OpenGL, and validates the
+SPIR-V.
 
     python3 -B tests/strict_shaders_test.py FOLDER
 
 No message is allowed, not even a warning. The compiler knows GL_EXT_shader_framebuffer_fetch only for GLES, so an
-`inout` of that extension is compiled as an output, which may be read too. Without PEELER_TEST_ALL, one program of each
-kind is linked; otherwise all are."""
+`inout` of that extension is compiled as an output, which may be read too. Links one program of each kind, or all with
+PEELER_TEST_ALL.
+"""
 
 import collections
 import concurrent.futures
@@ -55,7 +57,7 @@ def of_binary(stage):
 
 
 def gather(saved, folder):
-    """Copies each distinct text once. Returns the stages, and the programs of each kind ("scene-count")."""
+    """Copies each distinct text once. Returns the stages, and the programs of each kind (such as "scene-count")."""
     stages, programs, fetching = {}, {}, 0
     for path in sorted(saved.iterdir()):
         text, fetches = FETCHED.subn(r"out \1", path.read_text(encoding="utf-8"))

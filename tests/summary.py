@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Prints a summary of a test run: skipped tests and parts with reasons, the time of each stage, the slowest tests, and
-the number of tests that passed.
+the number of passed tests.
 
     python3 tests/summary.py RESULTS_FOLDER [STAGE=SECONDS ...]
 
 The folder holds the XML files of GoogleTest, one per process (shard), and ctest.xml from ctest itself. Exits with 1 if
-a test failed, or a process ended without leaving its results."""
+a test failed, or a process ended without writing its results.
+"""
 
 import collections
 import pathlib
@@ -16,7 +17,7 @@ SLOWEST = 10
 
 
 def read(folder):
-    """Returns [(name, seconds, state, why)]; the state is passed, failed or skipped. For a passed test, `why` lists the
+    """Returns [(name, seconds, state, why)]. The state is passed, failed or skipped. For a passed test, `why` lists the
     parts that it skipped."""
     tests = []
     for case in xml.etree.ElementTree.parse(folder / "ctest.xml").getroot().iter("testcase"):
@@ -33,7 +34,7 @@ def read(folder):
                 why = why or reason(output)
             tests.append((name, seconds, state, "; ".join(why)))
             continue
-        # A process that crashed has written none of its results, or only some.
+        # A crashed process has written none of its results, or only some.
         found = list(shard(results, name.rpartition(".")[0]))
         if state == "failed" and not any(test[2] == "failed" for test in found):
             found.append((name, seconds, "failed", "ended badly"))

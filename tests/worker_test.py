@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tests peeler worker: jobs and results as lines, and the state after a client, a job or a process has ended.
+"""Tests peeler worker: jobs and results as lines, and the worker's state after a client, a job or a process has ended.
 
-PEELER is the program. The short run sends a sample of the mutated lines; PEELER_TEST_ALL sends 100,000."""
+PEELER is the program. The short run sends a sample of the mutated lines; PEELER_TEST_ALL sends 100,000.
+"""
 
 import json
 import os
@@ -27,12 +28,12 @@ SCENES = HERE.parent / "examples" / "scenes"
 SCENE = SCENES / "coincident.glb"
 LINES = 100_000 if "PEELER_TEST_ALL" in os.environ else 3_000
 SMALL = {"size": "64x48"}
-# This is minutes of work on any machine, so a test that waits for its end has failed to cancel it.
+# Minutes of work on any machine. So if a test waits for its end, the cancellation has failed.
 LONG = {"size": "2048x2048", "samples": 256}
 
 
 def children(pid):
-    """Returns the processes that are children of `pid`."""
+    """Returns the child processes of `pid`."""
     found = []
     for task in pathlib.Path(f"/proc/{pid}/task").iterdir():
         found += [int(child) for child in (task / "children").read_text().split()]
@@ -66,7 +67,7 @@ class WorkerTest(unittest.TestCase):
         return worker
 
     def talk(self, text, *arguments):
-        """Returns a worker's answers to a text, as lines; each line is JSON."""
+        """Returns a worker's answers to a text, as lines of JSON."""
         run = subprocess.run([PEELER, "worker", *arguments], input=text, capture_output=True, timeout=600)
         self.assertEqual(run.returncode, 0, run.stderr)
         lines = run.stdout.split(b"\n")

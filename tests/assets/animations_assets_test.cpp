@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests all animated and all skinned models of the assets: keyframes are met exactly, and vertices
-// are where the specification's formulas put them.
+// Tests all animated and all skinned models of the assets: poses match keyframes exactly, and
+// vertices are where the specification's formulas put them.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Calls body(scene) for every model in both asset folders that can be read.
+/// Calls body(scene) for every readable model in both asset folders.
 void forEachModel(const fs::path& assets, const std::function<void(const Scene&)>& body) {
     for (const char* folder : {"gltf-sample-assets", "gltf-asset-generator"}) {
         std::set<fs::path> files;
@@ -29,7 +29,7 @@ void forEachModel(const fs::path& assets, const std::function<void(const Scene&)
             try {
                 body(readGltf(file));
             } catch (const Error&) {
-                // Other tests check files that are refused.
+                // Other tests cover rejected files.
             }
         }
     }
@@ -74,7 +74,7 @@ glm::dmat4 worldOf(const Scene& scene, const Pose& pose, int node) {
     return pose.locals[static_cast<std::size_t>(node)];
 }
 
-/// Returns the position of a vertex by the literal formula of §3.7.3.3.
+/// Returns the position of a vertex, computed literally by the formula in glTF §3.7.3.3.
 glm::dvec3 skinned(const Primitive& p, const std::vector<glm::dmat4>& joints, std::size_t vertex) {
     glm::dvec4 sum(0);
     for (const JointSet& set : p.joint_sets)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compares occlusion baked for real models with an independent oracle: rays of Embree.
+// Compares occlusion baked for real models with an independent oracle: Embree rays.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -16,7 +16,7 @@ namespace {
 
 struct Model {
     const char* path;
-    double bound;  // limit of the error along 256 directions: 1.5 times the measured error
+    double bound;  // limit of the error with 256 directions: 1.5 times the measured error
 };
 
 // The second model has thin shells, which need denser rays (tests/benchmarks/bake_ao.cpp).

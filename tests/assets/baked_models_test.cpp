@@ -32,7 +32,7 @@ constexpr const char* kModels[] = {
     "VertexColorTest",
 };
 
-/// Returns the path of a model's file; if `name` is a folder, of the first file in it.
+/// Returns the path of a model's file; if `name` is a folder, returns the first file in it.
 fs::path modelFile(const fs::path& assets, const std::string& name) {
     const fs::path path = assets / "gltf-sample-assets" / name;
     if (fs::is_regular_file(path)) return path;
@@ -44,7 +44,7 @@ fs::path modelFile(const fs::path& assets, const std::string& name) {
     return files.empty() ? path : files.front();
 }
 
-/// Writes the model with the occlusion `value` at every vertex.
+/// Writes the model with the given occlusion at every vertex.
 void bakeConstant(const fs::path& model, float value, const fs::path& out) {
     const Scene scene = readGltf(model);
     const PosedScene shown(scene);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compares layers of compressed and quantised models with those of the plain model, up to
-// quantisation.
+// Compares layers of compressed and quantised models with those of the plain model, with a
+// tolerance for quantisation.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 struct Pair {
     const char *name, *plain, *variant;
-    int bits;  ///< bits of a position, over the model's longest side
+    int bits;  ///< bits per coordinate, over the model's longest side
 };
 
 const Pair kPairs[] = {
@@ -49,16 +49,16 @@ TEST_P(CompressedLayers, AreThoseOfThePlainModel) {
     cmd::CameraOptions camera;
     camera.size = {320, 240};
     const PosedScene shown(plain);
-    // Both models get the same camera, because framing would depend on the bounds, which
-    // quantisation changes.
+    // Both models get the same camera. Framing each would depend on its bounds, which quantisation
+    // changes.
     const View view = cmd::makeView(shown, SceneExtent(shown), camera);
     const LayeredImage a = layersOf(plain, view), b = layersOf(variant, view);
     const Bounds box = *shown.bounds();
     const glm::dvec3 size = box.max - box.min;
     const double step = std::max({size.x, size.y, size.z}) * std::ldexp(1.0, -GetParam().bits);
 
-    // Edges move by less than a pixel, which makes some pixels gain or lose a layer, and steep
-    // surfaces move in Z by more than a step. All other layers must stay in place.
+    // Edges move by less than a pixel, so some pixels gain or lose a layer; on steep surfaces Z
+    // changes by more than a step. All other layers must stay in place.
     std::size_t covered = 0, other_count = 0, moved = 0, fragments = 0, recolored = 0;
     for (std::size_t p = 0; p + 1 < a.offsets.size(); ++p) {
         const std::size_t count = a.offsets[p + 1] - a.offsets[p];

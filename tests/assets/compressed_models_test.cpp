@@ -17,8 +17,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The triangles of all drawn meshes in world space, and the longest side of any mesh's box (in
-/// world space, too), which quantisation divides into steps.
+/// The triangles of all drawn meshes in world space, and the longest side of any mesh's bounding
+/// box in world space, which quantisation divides into steps.
 struct Soup {
     std::vector<std::array<glm::dvec3, 3>> triangles;
     double longest = 0;
@@ -57,7 +57,7 @@ glm::dvec3 middle(const std::array<glm::dvec3, 3>& triangle) {
     return (triangle[0] + triangle[1] + triangle[2]) / 3.0;
 }
 
-/// Whether two triangles have the same corners and winding, whichever corner comes first.
+/// Whether two triangles have the same corners and winding, starting from any corner.
 bool alike(const std::array<glm::dvec3, 3>& a, const std::array<glm::dvec3, 3>& b, double step) {
     for (std::size_t turn = 0; turn < 3; ++turn) {
         bool same = true;
@@ -75,7 +75,7 @@ bool degenerate(const std::array<glm::dvec3, 3>& t, double step) {
            4 * step * std::max(glm::length(t[1] - t[0]), glm::length(t[2] - t[0]));
 }
 
-/// Returns how many triangles of `wanted` have no match in `other`. Does not count those that
+/// Returns the number of triangles of `wanted` without a match in `other`. Ignores triangles that
 /// quantisation may flatten, because encoders drop them.
 std::size_t missing(const Soup& wanted, const Soup& other, double step) {
     std::vector<std::pair<double, std::size_t>> by_x;
@@ -97,7 +97,7 @@ std::size_t missing(const Soup& wanted, const Soup& other, double step) {
 
 struct Pair {
     const char *name, *plain, *variant;
-    int bits;  ///< bits of a position, over a mesh's longest side
+    int bits;  ///< bits per coordinate, over a mesh's longest side
 };
 
 // The bits are the settings of the tools that made the files: 11 by gltf-pipeline (Draco), 14 and
@@ -133,8 +133,8 @@ TEST_P(CompressedModels, HaveTheTrianglesOfThePlainOne) {
     const Soup plain = decodedSoup(readGltf(folder / GetParam().plain));
     const Soup variant = decodedSoup(readGltf(folder / GetParam().variant));
     ASSERT_FALSE(plain.triangles.empty());
-    // The tolerance is half a step of rounding in any direction, and as much again for the digits
-    // of the plain file.
+    // The tolerance is half a step of rounding per axis, plus half a step for the digits of the
+    // plain file.
     const double step = plain.longest * std::ldexp(1.0, -GetParam().bits);
     std::printf("%s: %zu and %zu triangles, step %.3g\n", GetParam().name, plain.triangles.size(),
                 variant.triangles.size(), step);
@@ -146,8 +146,7 @@ TEST_P(CompressedModels, HaveTheTrianglesOfThePlainOne) {
 INSTANTIATE_TEST_SUITE_P(Pairs, CompressedModels, testing::ValuesIn(kPairs),
                          [](const auto& test) { return std::string(test.param.name); });
 
-/// There is no plain variant, so the bounds of the file's accessors in world space serve for
-/// comparison.
+/// There is no plain variant, so the test compares with the bounds of the file's accessors.
 TEST(CompressedModel, PirateFillsTheBoxOfItsAccessor) {
     PEELER_REQUIRE_ASSETS(assets);
     const Scene scene = readGltf(assets / "gltf-sample-assets/Pirate/pirate.glb");
@@ -160,7 +159,7 @@ TEST(CompressedModel, PirateFillsTheBoxOfItsAccessor) {
     EXPECT_EQ(low, glm::vec3(0));
     EXPECT_EQ(high, glm::vec3(13081, 16383, 3915));
     EXPECT_EQ(primitive.indices.size(), 15030U);
-    // OCTAHEDRAL normals must have unit length within 8 bits, and must not all be the same.
+    // OCTAHEDRAL normals must have unit length to 8 bits, and must not all be the same.
     glm::vec3 sum(0);
     for (const glm::vec3& n : primitive.normals) {
         EXPECT_NEAR(glm::length(n), 1, 0.02);

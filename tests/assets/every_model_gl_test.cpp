@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tests every file in the model collections: either all its layers can be captured, or it is
-// refused as documented here.
+// rejected with one of the errors listed here.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -50,10 +50,10 @@ void expectRefused(const fs::path& path, const Refusal& refusal) {
     }
 }
 
-/// Captures the default scene in a small picture and returns the number of fragments.
+/// Captures the default scene in a small picture. Returns the number of fragments.
 std::size_t captureAll(const fs::path& path) {
     GltfOptions options;
-    options.strict = true;  // every texture and compressed view must be decoded
+    options.strict = true;  // an error if a texture or compressed view cannot be decoded
     const Scene scene = readGltf(path, options);
     cmd::CameraOptions camera;
     camera.size = {80, 60};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests that the verbs read valid and invalid OpenEXR files from other programs. Compares deep
-// samples with those that OpenEXR and OpenImageIO read.
+// Tests the verbs with valid and invalid OpenEXR files from other programs. Compares deep samples
+// with those that OpenEXR and OpenImageIO read.
 #include <OpenImageIO/imagebuf.h>
 #include <OpenImageIO/imagebufalgo.h>
 #include <gtest/gtest.h>
@@ -81,7 +81,7 @@ TEST(ExrConformance, ValidFilesAreReadAndInvalidOnesRefused) {
     }
 }
 
-/// Returns a pixel's R, G, B and A, which are 0 outside the image.
+/// Returns the R, G, B and A of a pixel; 0 outside the image.
 std::array<float, 4> colorAt(const OIIO::ImageBuf& image, int x, int y) {
     std::array<float, 4> color{};
     const char* names[] = {"R", "G", "B", "A"};
@@ -105,7 +105,8 @@ TEST(ExrConformance, DeepFilesHoldWhatOpenExrFindsAndFlattenAsInOpenImageIo) {
 
         Imf::MultiPartInputFile file(path.c_str());
         const DeepPart part = readDeepPart(file, 0);
-        // The reader also returns the pixels of the display window outside the data window.
+        // The reader also returns the pixels of the display window that are outside the data
+        // window.
         const Window data{part.window.min.x, part.window.min.y, part.window.max.x + 1,
                           part.window.max.y + 1};
         ASSERT_EQ(intersect(data, crop), data);
@@ -134,7 +135,7 @@ TEST(ExrConformance, DeepFilesHoldWhatOpenExrFindsAndFlattenAsInOpenImageIo) {
             for (int x = crop.x0; x < crop.x1; ++x, ++p) {
                 const std::array<float, 4> wanted = colorAt(flat, x, y);
                 for (std::size_t c = 0; c < 4; ++c) {
-                    // The tolerance: OpenImageIO rounds to half after every sample.
+                    // OpenImageIO rounds to half after every sample.
                     const float bound = 2e-3F * std::max(1.0F, std::abs(wanted[c]));
                     ASSERT_NEAR(composite.rgba[p][c], wanted[c], bound) << x << ',' << y;
                 }

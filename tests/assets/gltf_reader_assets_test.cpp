@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests that real models are read, or are refused for an extension that they require, and that
+// Tests that real models are read, or are rejected for an extension that they require, and that
 // broken models cause nothing worse than an input error.
 #include <gtest/gtest.h>
 
@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Expects the invariants on which the renderer relies without checking them (peeler/scene.h).
+/// Expects the invariants that the renderer assumes without checking (peeler/scene.h).
 void expectSound(const Scene& scene) {
     ASSERT_FALSE(scene.scenes.empty());
     ASSERT_FALSE(scene.materials.empty());
@@ -58,7 +58,7 @@ void expectReadable(const fs::path& folder, std::size_t at_least) {
     for (const fs::path& file : files) {
         SCOPED_TRACE(file.string());
         GltfOptions options;
-        options.strict = true;  // every texture of a sample model must be decoded
+        options.strict = true;  // an error if a texture cannot be decoded
         try {
             expectSound(readGltf(file, options));
             ++read;
@@ -90,7 +90,7 @@ TEST(GltfAssets, TextureTransformTurnsTheArrowToTheGreenMarker) {
         return *std::find_if(items.begin(), items.end(),
                              [&](const auto& item) { return item.name == name; });
     };
-    // The quad spans −0.5 … 0.5 and its texture coordinates 0 … 1, with v down. The picture has an
+    // The quad spans −0.5 … 0.5, with texture coordinates 0 … 1 and v down. The picture has an
     // arrow that points from its upper left corner along the diagonal, so the marker node must be
     // at that corner.
     const glm::dvec4 marker = named(scene.nodes, "Rotation - Correct").local[3];
@@ -110,8 +110,7 @@ TEST(GltfAssets, Ktx2TexturesHaveTheBitsOfTheReferenceTranscoder) {
     EXPECT_EQ(image.width, 1024);
     EXPECT_EQ(image.height, 1024);
     EXPECT_EQ(image.codec, "KTX2, ETC1S, BasisLZ");
-    // The hash is that of basis_universal's RGBA32 output for this file (BinomialLLC, commit
-    // 9bebe16).
+    // The hash of basis_universal's RGBA32 output for this file (BinomialLLC, commit 9bebe16).
     EXPECT_EQ(hexText(contentHash(std::as_bytes(std::span(image.rgba)), 0)), "06e0620b0df6ae8f");
 }
 

@@ -17,9 +17,9 @@
 namespace peeler::test {
 namespace {
 
-/// The limit of an error, in ray spacings. There are 65,536 grid steps between neighbouring rays;
-/// corners are moved by half a step along each axis, and the oracle's double precision errs by much
-/// less.
+/// The limit of an error, in ray spacings. Neighbouring rays are 65,536 grid steps apart; snapping
+/// moves corners by up to half a step along each axis, and the error of the oracle's double
+/// precision is much smaller.
 constexpr double kTwoSteps = 2.0 / 65536;
 
 void expectAgreement(const std::string& name, const Scene& scene, int directions, int resolution) {
@@ -34,7 +34,7 @@ void expectAgreement(const std::string& name, const Scene& scene, int directions
     }
     agreement.print(name);
     EXPECT_GT(agreement.hits, agreement.rays / 10);
-    // The limit is 0.0005 %.
+    // 0.0005 %
     EXPECT_LE(static_cast<double>(agreement.differing), 5e-6 * static_cast<double>(agreement.rays));
     EXPECT_LE(agreement.farthest, kTwoSteps);
     EXPECT_LE(agreement.largest_error, 1e-7);
@@ -84,7 +84,7 @@ TEST(HitsOracle, CoincidentModelsHaveTwiceTheHits) {
     }
 }
 
-/// Counts for rays through closed surfaces; `odd` are rays with an odd number of hits.
+/// Ray counts for closed surfaces; `odd` counts rays with an odd number of hits.
 struct Parity {
     std::size_t solids = 0, rays = 0, hits = 0, odd = 0;
 };
@@ -125,7 +125,7 @@ TEST(ClosedModelsOnTheCpu, EveryRayLeavesWhatItEnters) {
     options.ignored_extensions = undecodedImageExtensions();  // colours do not affect rays
     for (const std::filesystem::path& file : modelFiles(assets / "gltf-sample-assets")) {
         const std::string name = file.lexically_relative(assets).string();
-        // The short run skips models that have a plain encoding elsewhere.
+        // The short run skips variants of models that also exist as plain glTF.
         if (!exhaustive() && file.parent_path().filename() != "glTF" &&
             std::filesystem::exists(file.parent_path().parent_path() / "glTF"))
             continue;

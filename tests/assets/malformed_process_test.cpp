@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs the command on files that are broken on purpose. It must give a picture or an input error,
-// within a limit of time and memory, but never a picture in which geometry is missing.
+// Runs the command on deliberately broken files. It must give a picture or an input error, within
+// limits of time and memory, but never a picture with missing geometry.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -21,9 +21,9 @@ namespace fs = std::filesystem;
 
 constexpr std::uint64_t kMostMemory = std::uint64_t{512} << 20;
 
-/// An error code of the Khronos validator for faults that make geometry unusable, so that the file
-/// must be refused. Only errors at JSON pointers that begin with `below` ("" = any) count: despite
-/// errors elsewhere (a missing image, a skin without joints) there is something to draw.
+/// An error code of the Khronos validator for faults that make geometry unusable, so the file must
+/// be rejected. Only errors at JSON pointers that begin with `below` count ("" = any): after errors
+/// elsewhere (a missing image, a skin without joints) there is still something to draw.
 struct Unusable {
     const char* code;
     const char* below;
@@ -43,7 +43,7 @@ constexpr Unusable kUnusable[] = {
     {"TYPE_MISMATCH", "/accessors"},
     {"TYPE_MISMATCH", "/meshes"},
     {"TYPE_MISMATCH", "/nodes"},
-    {"TYPE_MISMATCH", "/materials"},  // an element itself: without it, later indices would shift
+    {"TYPE_MISMATCH", "/materials"},  // skipping a broken element would shift later indices
     {"UNDEFINED_PROPERTY", "/buffers"},
     {"UNDEFINED_PROPERTY", "/bufferViews"},
     {"UNDEFINED_PROPERTY", "/accessors"},
@@ -58,7 +58,7 @@ constexpr Unusable kUnusable[] = {
     {"IO_ERROR", "/buffers"},
     {"INVALID_URI", "/buffers"},
     {"BUFFER_BYTE_LENGTH_MISMATCH", ""},
-    // The data is there but has no meaning.
+    // The data exists but is invalid.
     {"ACCESSOR_SPARSE_COUNT_OUT_OF_RANGE", ""},
     {"ACCESSOR_INDEX_PRIMITIVE_RESTART", ""},
     {"MESH_PRIMITIVE_ATTRIBUTES_ACCESSOR_INVALID_FORMAT", ""},
@@ -66,9 +66,9 @@ constexpr Unusable kUnusable[] = {
     {"NODE_PARENT_OVERRIDE", ""},
 };
 
-/// Files that are read even though the validator calls them unreadable.
+/// Files that peeler reads although the validator rejects them.
 constexpr const char* kReadAllTheSame[] = {
-    "json/bom.gltf",                     // a byte order mark: RFC 8259 §8.1 lets readers ignore it
+    "json/bom.gltf",                     // byte order mark; RFC 8259 §8.1 lets readers ignore it
     "buffer_view/zero_bytelength.gltf",  // gives a warning: some Cesium tiles have such views
 };
 
@@ -92,7 +92,7 @@ bool unusable(const Message& message) {
     return false;
 }
 
-/// Returns the location that the error gives at the end of its line.
+/// Returns the location at the end of the error's line.
 std::string placeOf(const std::string& err) {
     const std::size_t begin = err.find("peeler: error: ");
     if (begin == std::string::npos) return "";
@@ -100,7 +100,7 @@ std::string placeOf(const std::string& err) {
     return line.substr(line.rfind(": ") + 2);
 }
 
-/// Whether one JSON pointer is a parent of the other, or both are the same.
+/// Whether one JSON pointer is a parent of the other, or both are equal.
 bool related(const std::string& a, const std::string& b) {
     return a.starts_with(b) || b.starts_with(a);
 }

@@ -11,9 +11,8 @@
 
 namespace peeler::test {
 
-/// Returns the models of gltf-sample-assets, as listed in the folder's own table (MODELS.tsv), that
-/// have no animation, skin or morph target and no extensions other than these; and the example
-/// scenes.
+/// Returns the models of gltf-sample-assets (listed in its MODELS.tsv) that have no animation, skin
+/// or morph target and no extensions other than `known`; and the example scenes.
 inline std::vector<std::filesystem::path> staticModels(const std::filesystem::path& assets) {
     const std::set<std::string> known = {"KHR_mesh_quantization", "KHR_texture_transform",
                                          "KHR_materials_unlit", "KHR_xmp"};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs the command on all static real models: captures are complete on both backends and give the
+// Runs the command on all static real models: captures are complete, and both backends write the
 // same bytes.
 #include <gtest/gtest.h>
 
@@ -46,8 +46,7 @@ TEST(Models, RenderCompletelyAndAlikeOnBothBackends) {
     std::printf("%zu models on 2 backends\n", models.size());
 }
 
-/// These are the first steps of a user who wants pictures of ten models and has not read the
-/// manual.
+/// The first steps of a user who wants pictures of ten models and has not read the manual.
 TEST(Models, TenGiveTheirFirstPictures) {
     PEELER_REQUIRE_ASSETS(assets);
     const ScratchDir scratch;
@@ -67,7 +66,7 @@ TEST(Models, TenGiveTheirFirstPictures) {
     ASSERT_EQ(run.exit_code, 0) << run.err;
     const auto json = nlohmann::json::parse(run.out);
     ASSERT_EQ(json.at("scenes").size(), 10U);
-    // A notice about the machine must appear only once.
+    // The notice about software rendering must appear only once.
     const std::string notice = "renders in software";
     const auto at = run.err.find(notice);
     EXPECT_EQ(run.err.find(notice, at + 1), std::string::npos) << run.err;

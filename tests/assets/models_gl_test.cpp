@@ -23,7 +23,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Composites the model on the fly by these methods; compares with the composite of the layers.
+/// Composites the model on the fly with each of these methods, and compares with the composite of
+/// the layers.
 void compareComposites(GlRenderer& renderer, const View& view, const CaptureSettings& base,
                        const std::vector<MethodInfo>& methods, const LayeredImage& layers) {
     CompositeImage wanted, shown;
@@ -37,14 +38,14 @@ void compareComposites(GlRenderer& renderer, const View& view, const CaptureSett
         for (std::size_t p = 0; p < wanted.rgba.size(); ++p) {
             ASSERT_EQ(wanted.z[p], shown.z[p]) << method.name;
             for (std::size_t c = 0; c < 4; ++c) {
-                // The tolerance is relative to the brightness, because halves are.
+                // Halves have a relative error, so the tolerance grows with the brightness.
                 const float scale = std::max(1.0F, std::abs(wanted.rgba[p][c]));
                 worst = std::max(worst, std::abs(wanted.rgba[p][c] - shown.rgba[p][c]) / scale);
             }
         }
         EXPECT_LT(worst, 1e-5F) << method.name;
-        // The default method composites on the CPU as well, so its composite must have the same
-        // bits.
+        // Methods without GPU compositing use the CPU as well, so their composites must have the
+        // same bits.
         if (method.composite || settings.max_layers != 0) continue;
         EXPECT_EQ(std::memcmp(wanted.rgba.data(), shown.rgba.data(),
                               wanted.rgba.size() * sizeof wanted.rgba[0]),
@@ -65,7 +66,7 @@ std::vector<MethodInfo> exactMethods() {
     return methods;
 }
 
-/// Captures the model by exact methods and compares the results; returns the number of fragments.
+/// Captures the model by exact methods and compares the results. Returns the number of fragments.
 std::size_t compareMethods(const fs::path& path, const CaptureSettings& base) {
     SCOPED_TRACE(path.filename().string());
     const Scene scene = readGltf(path);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compares layers with an independent oracle: plain OpenEXR reads the file, only the matrices in
-// its header give each pixel's ray, and Embree finds all hits of that ray. The depth planes in a
-// .npz of the same picture are compared with the same hits.
+// Compares layers with an independent oracle: OpenEXR reads the file, the matrices in its header
+// give each pixel's ray, and Embree finds all hits of that ray. Compares the depth planes of the
+// .npz of the same picture with the same hits.
 #include <ImathMatrix.h>
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
@@ -29,8 +29,8 @@ namespace {
 namespace fs = std::filesystem;
 
 glm::dmat4 fromImath(const Imath::M44f& m) {
-    // Imath multiplies by row vectors from the left, GLM by column vectors from the right, so their
-    // matrices are transposes of each other, and Imath's rows are GLM's columns.
+    // Imath multiplies row vectors from the left, GLM column vectors from the right. Their matrices
+    // are transposes of each other, and Imath's rows are GLM's columns.
     glm::dmat4 out;
     for (int i = 0; i < 4; ++i)
         for (int j = 0; j < 4; ++j)
@@ -80,8 +80,7 @@ LayeredFile readFile(const fs::path& path) {
     return result;
 }
 
-/// Reads depth planes. Expects every pixel to have as many depths as its count says, followed by
-/// NaN.
+/// Reads depth planes. Expects each pixel to have as many depths as its count, followed by NaN.
 Depths readPlanes(const fs::path& path) {
     const auto arrays = readNpz(path);
     const auto z = arrays.at("z").as<float>();
@@ -115,13 +114,13 @@ double pixelsToEdge(const TriangleSoup& soup, const LayeredFile& file, double px
     return nearest;
 }
 
-/// How far the pixels of a file agree with Embree's hits.
+/// The agreement of a file's pixels with Embree's hits.
 struct Agreement {
     std::size_t covered = 0, disagreeing = 0;
     double worst_edge = 0;  ///< greatest distance of a disagreeing pixel from an edge, in pixels
 };
 
-/// Compares the layers and, if `faces` is "gltf", the depth planes.
+/// Compares the layers with Embree's hits and, if `faces` is "gltf", the depth planes too.
 void compareWithEmbree(const fs::path& scene_path, const std::string& faces,
                        const ScratchDir& scratch) {
     const auto render = [&](const char* name, const char* as) {
@@ -146,8 +145,8 @@ void compareWithEmbree(const fs::path& scene_path, const std::string& faces,
                 const glm::dvec4 p = world_from_ndc * glm::dvec4(u, v, depth, 1);
                 return glm::dvec3(p) / p.w;
             };
-            // Any two depths give two points of the ray. The ray begins in the camera's plane,
-            // where camera z = 0.
+            // Two depths give two points of the ray. The ray begins in the camera's plane, camera z
+            // = 0.
             const glm::dvec3 a = unproject(0), b = unproject(0.5);
             const auto camera_z = [&](const glm::dvec3& p) {
                 return (file.world_to_camera * glm::dvec4(p, 1)).z;

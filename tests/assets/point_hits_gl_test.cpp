@@ -18,8 +18,8 @@
 namespace peeler::test {
 namespace {
 
-/// Shares of points whose next hit is at the same distance as Embree's, up to an error relative to
-/// the scene's size.
+/// Shares of points whose next hit is as far as Embree's, within an error relative to the scene's
+/// size.
 struct AgreeingShares {
     double coarse = 0;  ///< error up to 1e-3
     double fine = 0;    ///< error up to 1e-6

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compares GL's hits of bundles with an independent oracle. hits_oracle_test.cpp does the same for
-// the CPU's hits.
+// Compares GL's hits of bundles with an independent oracle (hits_oracle_test.cpp tests the CPU's
+// hits).
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -26,7 +26,7 @@ void expectAgreementOfGl(const std::string& name, const Scene& scene, int direct
     EXPECT_GT(agreement.hits, agreement.rays / 10);
     EXPECT_LE(static_cast<double>(agreement.differing),
               0.001 * static_cast<double>(agreement.rays));
-    // Vertices are snapped to a grid of 1/256 in each direction.
+    // Vertices are snapped to a grid of 1/256 along each axis.
     EXPECT_LE(agreement.farthest, std::sqrt(2.0) / 256);
     EXPECT_LE(agreement.largest_error, 1e-6);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests that the points of a point cloud lie on the surfaces from which they were rendered.
+// Tests that the points of a point cloud lie on the rendered surfaces.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Reads the first properties of every point, which are x, y, z.
+/// Reads the first three properties of every point: x, y, z.
 std::vector<glm::dvec3> readPoints(const fs::path& path, std::size_t point_size) {
     const std::string bytes = bytesOf(path);
     const std::string end = "end_header\n";
@@ -72,7 +72,7 @@ TEST(SurfacePoints, OfRealModels) {
 TEST(SurfacePoints, OfAnExampleSceneFromBothCameras) {
     const fs::path engine = sourceDir() / "examples" / "scenes" / "engine.glb";
     expectOnSurface(engine, {});
-    expectOnSurface(engine, {"--camera", "top"});  // this camera is orthographic
+    expectOnSurface(engine, {"--camera", "top"});  // an orthographic camera
 }
 
 }  // namespace

@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Renders glTF models with peeler and with three.js in headless Chromium, and prints how far apart they are.
+"""Renders glTF models with peeler and with three.js in headless Chromium, and prints how much the pictures differ.
 
     python3 tests/benchmarks/against_three.py --build build/ci [--only "Duck;Fox"] [--size 512] [--samples 16]
 
-Both see the same camera, the same places in each pixel and the same environment, in linear light without tone
-mapping, shadows or background. three.js comes from npm, of one version, into the build folder. What three.js has
-rendered is kept there and taken again as long as nothing that it was made of has changed. Pictures (ours, three's,
-their difference) lie in the folder against-three of the build folder. Models that are not there are left out and said so.
+Both programs use the same camera, the same sample positions in each pixel and the same environment, in linear light
+without tone mapping, shadows or background. npm installs a fixed version of three.js into the build folder. The
+pictures of three.js are kept there and reused while their inputs are unchanged. The pictures (ours, three's, their
+difference) are in the folder against-three of the build folder. Missing models are skipped with a note.
 """
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from side_by_side import run, say
 from three_scenes import ENVIRONMENTS, MADE, MODELS
 
 THREE_VERSION = "0.187.0"
-# In three.js the middle of an environment picture is along +X, in peeler along +Z.
+# The centre of an environment picture is along +X in three.js, and along +Z in peeler.
 ROTATION = "90"
 LEAST = 30.0  # in dB; a picture with a lower PSNR needs a reason (reasons.py)
 CLOSE = 35.0  # in dB; pictures with at least this PSNR are listed below the table
@@ -48,8 +48,8 @@ class Scene(NamedTuple):
 
 
 class Measured(NamedTuple):
-    """The differences between two pictures, over the pixels that either covers. PSNR and FLIP compare displayed values,
-    up to 1."""
+    """The differences between two pictures, over the pixels that either picture covers. PSNR and FLIP compare displayed
+    values up to 1."""
 
     psnr: float  # in dB, in linear light with a peak of 1
     flip: float  # mean over sRGB pictures
@@ -84,7 +84,7 @@ def line(scene: str, measured: Measured) -> str:
 
 
 def reasons(rows: Dict[str, Measured]) -> str:
-    """Returns the text below the table, which lists the pictures that are far apart by reason."""
+    """Returns the text below the table: the pictures that differ much, grouped by reason."""
     far: Dict[str, List[str]] = {}
     for scene, measured in rows.items():
         if measured.psnr < LEAST:
@@ -117,7 +117,7 @@ def install(build: Path) -> Path:
             raise RuntimeError("there is no npm: apt-get install npm")
         folder.mkdir(parents=True, exist_ok=True)
         say(f"npm install three@{THREE_VERSION}")
-        # If the folder has a package.json, npm does not search the folders above it.
+        # A package.json keeps npm from searching the folders above.
         (folder / "package.json").write_text("{}\n")
         subprocess.run(["npm", "install", "--prefix", folder, "--ignore-scripts", "--no-audit", "--no-fund",
                         "--no-package-lock", f"three@{THREE_VERSION}"], check=True, stdout=sys.stderr)
@@ -174,7 +174,7 @@ class Handler(BaseHTTPRequestHandler):
 
 
 class Browser:
-    """three.js in Chromium, which is started when needed."""
+    """three.js in Chromium, which starts on first use."""
 
     def __init__(self, package: Path, images: Dict[str, np.ndarray]):
         self.driver: Any = None
@@ -210,7 +210,7 @@ class Browser:
         try:
             wrong = self.driver.execute_async_script(
                 "const done = arguments[1]; window.render(arguments[0]).then(done)", request)
-        except WebDriverException as error:  # too slow or out of memory; the next scene gets a new browser
+        except WebDriverException as error:  # too slow, or out of memory; the next scene gets a new browser
             self.driver.quit()
             self.driver = None
             raise RuntimeError(f"Chromium: {error.msg.splitlines()[0]}") from None

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Benchmark of ambient occlusion: bakes the vertices of models or, with --texels, a texture with
-// that many texels per side. Does so with peeler and with Embree, and prints time and error as a
-// Markdown table.
+// Benchmark of ambient occlusion, of peeler and of Embree: bakes the vertices of models or, with
+// --texels, a texture with that many texels per side. Prints time and error as a Markdown table.
 //
 //     bake_ao SCENE... [--directions 64,256,1024] [--resolution 512] [--reference 4096] [--runs 1]
 //             [--engine cpu] [--texels 0] [--json]
@@ -91,7 +90,7 @@ double processorSeconds(const std::function<void()>& work) {
     return (benchmark::processorMilliseconds() - start) / 1000;
 }
 
-/// Receivers at equal steps, which represent all receivers.
+/// Every n-th receiver, as a sample of all receivers.
 class Sample {
   public:
     explicit Sample(const Receivers& all) : step_(std::max<std::size_t>(1, all.size() / kMost)) {
@@ -128,8 +127,8 @@ void print(const nlohmann::json& row) {
     std::fflush(stdout);
 }
 
-/// Adds one row per number of directions. Hits are found by GL in `context` or, if that is null, by
-/// the CPU.
+/// Adds one row per number of directions. GL finds the hits in `context`; if that is null, the CPU
+/// finds them.
 void measure(const std::string& path, const Options& options, gl::Context* context,
              nlohmann::json& rows) {
     const Scene scene = readGltf(path);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Does the least work with which a process can draw by OpenGL 4.5 without a display: makes a
-// surfaceless EGL context, compiles and links a program, draws a triangle into a small buffer, and
-// calls glFinish. Serves to judge the start-up of `peeler render`. Prints nothing; exits with 1 if
-// something failed.
+// The minimal process that draws with OpenGL 4.5 without a display: makes a surfaceless EGL
+// context, compiles and links a program, draws a triangle into a small buffer, and calls glFinish.
+// Its time is the baseline for the start-up of `peeler render`. Prints nothing; exits with 1 on
+// failure.
 #include <EGL/egl.h>
 #include <EGL/eglext.h>
 #include <GL/glcorearb.h>

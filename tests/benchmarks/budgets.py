@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Renders examples/scenes/engine.glb in large pictures and under tight budgets; prints the most that was resident.
+"""Renders examples/scenes/engine.glb in large pictures and under tight budgets; prints the peak resident memory.
 
     python3 tests/benchmarks/budgets.py PEELER [--quick]
 
-A row whose file does not fit on the disk is left out and said so. --quick: small pictures, a look.
+Skips rows whose file does not fit on the disk, with a note. --quick renders a small picture, as a trial.
 """
 from __future__ import annotations
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Benchmark of captures of a scene: peeler's A-buffer (plan and capture: count, fill, sort, shade,
-// hand over), its exact composite, other methods, and Embree (build, all hits of every pixel's ray,
-// sort; no shading). Prints JSON with the milliseconds of every run.
+// Benchmark of capturing a scene. Contenders: peeler's A-buffer (plan and capture: count, fill,
+// sort, shade, hand over), its exact composite, its other methods, and Embree (build, all hits of
+// every pixel's ray, sort; no shading). Prints JSON with the milliseconds of every run.
 //
 //     capture SCENE [--size 1920x1080] [--runs 3] [--what a-buffer,embree]
 //
 // `--what`: embree, composite, or names of methods. The upload is reported separately. Embree uses
-// the packet width that was fastest in an untimed run.
+// the packet width that was fastest in untimed runs.
 #include <algorithm>
 #include <limits>
 #include <optional>
@@ -20,7 +20,7 @@
 namespace peeler::benchmark {
 namespace {
 
-/// Returns the packet width that traces this picture fastest.
+/// Returns the fastest packet width for this picture.
 Packet fastestPacket(EmbreeLayers& embree, const View& view) {
     embree.build();
     Packet fastest = Packet::k1;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes the depth files of `peeler render --as lari` with Embree: for each camera the depths of
-// all layers as half floats (height, width, 15), −1 where there is no layer. Shades nothing.
+// Writes the depth files of `peeler render --as lari` with Embree, without shading: for each camera
+// the depths of all layers as half floats (height, width, 15); −1 means no layer.
 //
 //     embree_views SCENE CAMERAS FOLDER
 //
-// Reads the scene as peeler does, builds a hierarchy, and finds and sorts all hits of all pixels of
-// each view, 16 rays at once. Writes FOLDER/NAME.npy for each view, without fsync. Prints JSON: the
-// numbers of views, triangles and hits.
+// Reads the scene like peeler, builds a hierarchy, and finds and sorts all hits of all pixels of
+// each view, 16 rays at once. Writes FOLDER/NAME.npy for each view, without fsync. Prints the
+// numbers of views, triangles and hits as JSON.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -29,7 +29,7 @@ namespace {
 
 constexpr std::size_t kPlanes = 15;
 
-/// The depths of a picture, as stored in a file.
+/// The depths of a picture, as stored in a file: halves, −1 where there is no layer.
 class DepthPlanes {
   public:
     explicit DepthPlanes(const View& view)

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Writes scenes in every form, layout and compression, side by side, and prints bytes and times as a Markdown table.
+"""Writes scenes in every form, layout and compression, and prints sizes and times as a Markdown table.
 
     python3 tests/benchmarks/file_sizes.py PEELER SCENE... [--size 1920x1080] [--runs 3] [-- OPTIONS OF RENDER]
 

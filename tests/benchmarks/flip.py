@@ -70,7 +70,7 @@ def hyab(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def along(image: np.ndarray, kernel: np.ndarray, axis: int) -> np.ndarray:
-    """Convolves along one axis with a kernel of odd length; beyond the picture its border is repeated."""
+    """Convolves along one axis with a kernel of odd length. Pixels beyond the picture repeat its border."""
     reach, length = len(kernel) // 2, image.shape[axis]
     padding = [(reach, reach) if i == axis else (0, 0) for i in range(image.ndim)]
     padded = np.pad(image, padding, mode="edge")
@@ -78,7 +78,7 @@ def along(image: np.ndarray, kernel: np.ndarray, axis: int) -> np.ndarray:
 
 
 def seen_opponent(image: np.ndarray, terms: Terms, ppd: float) -> np.ndarray:
-    """Filters one opponent channel by the eye's contrast sensitivity."""
+    """Filters an opponent channel by the contrast sensitivity of the eye."""
     widest = max(b for _, b in (*ACHROMATIC, *RED_GREEN, *BLUE_YELLOW))
     reach = math.ceil(3 * math.sqrt(widest / (2 * math.pi**2)) * ppd)
     at = np.arange(-reach, reach + 1) / ppd
@@ -106,7 +106,7 @@ def color_error(a: np.ndarray, b: np.ndarray, ppd: float) -> np.ndarray:
 
 
 def features(lightness: np.ndarray, ppd: float) -> Tuple[np.ndarray, np.ndarray]:
-    """Returns how strong an edge, and how strong a point, there is at each pixel."""
+    """Returns the strength of edges and of points at each pixel."""
     deviation = 0.5 * FEATURE_DEGREES * ppd
     reach = math.ceil(3 * deviation)
     at = np.arange(-reach, reach + 1)

@@ -1,12 +1,12 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""What a frame takes in one process for all frames, beside a process for each.
+"""Compares the time per frame in one process for all frames with that in one process per frame.
 
     python3 tests/benchmarks/frames_in_one_process.py build/release/peeler SCENE... \
         [--frames 20] [--runs 3] [-- options of peeler render]
 
-Both render the same frames into the same folder, in turns; the fastest run of each counts. The
-files are compared. One row of Markdown a scene.
+Both ways render the same frames into the same folder, in turn; the fastest run of each counts. Compares the files.
+Prints a row of Markdown per scene.
 """
 import argparse
 import hashlib

@@ -1,20 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// Benchmark of all hits of rays on the CPU without GL, beside Embree, and of their uses. Prints
-// JSON with the processor time of every run (all threads, with kernel time) and its milliseconds.
+// Benchmark of finding and using all hits of rays on the CPU without GL, compared with Embree.
+// Prints JSON with the processor time of every run (all threads, including kernel time) and its
+// wall-clock time, in milliseconds.
 //
 //     hit_engine SCENE [--size 1920x1080] [--bundles 1] [--runs 3] [--what hits,embree]
 //
-// One bundle has that many rays, in square cells, around the scene; several are spread over the
-// sphere, like those of `peeler rays --directions`, with the width as their resolution.
-// - hits: a HitRasterizer is made and captures t and triangles of all bundles; the hits are counted
+// A single bundle shows the whole scene in square cells, and --size is its numbers of rays. Several
+// bundles are spread over the sphere, like those of `peeler rays --directions`, and the width is
+// their resolution.
+// - hits: creates a HitRasterizer, captures t and triangles of all bundles, and counts the hits
 // - embree: builds its hierarchy once, and finds and sorts all hits of the same rays, 16 at once
 // - thickness, parity: hits, and the results of `--map thickness` and `--parity` for all rays
-// - axes: hits of the three bundles of `--voxels`, with the width as the cells along the longest
-//   side
+// - axes: hits of the three bundles of `--voxels`; the width is the number of cells along the
+//   longest side
 // - voxels: axes, and the inside test of the cells
-// - kept: hits, all stored in the hand-over type. It is not timed in turn with the
-//   others but runs first, before anything else: "resident" is the peak resident memory above
-//   the start, in bytes.
+// - kept: hits, all stored in memory. Runs once, before all others: "resident" is the growth of
+//   the peak resident memory, in bytes
 #include <algorithm>
 #include <fstream>
 #include <iterator>
@@ -38,7 +39,7 @@
 namespace peeler::benchmark {
 namespace {
 
-/// A direction that is not along an axis or a symmetry of the scenes.
+/// A direction that is not along an axis or in a symmetry plane of the scenes.
 constexpr glm::dvec3 kDirection{0.36, -0.48, -0.8};
 
 /// A sink that forwards the bands of a bundle to a function.
@@ -54,7 +55,7 @@ class BandSink final : public Sink {
     Take take_;
 };
 
-/// Maps that are evaluated as for files but not written.
+/// Maps that are evaluated like those of files, but not written.
 class UnwrittenMaps final : public RayMapOutput {
   public:
     using RayMapOutput::RayMapOutput;
@@ -113,7 +114,7 @@ class HitEngine {
     }
 
     Contender contender(const std::string& name);
-    /// Stores all hits; returns how many bytes of memory they take.
+    /// Stores all hits. Returns the memory that they take, in bytes.
     std::uint64_t kept();
     nlohmann::json result() const {
         nlohmann::json result = told_;
@@ -125,8 +126,8 @@ class HitEngine {
     }
 
   private:
-    /// Traces bundles with a source that is made for them; calls take(i, band) with the bands of
-    /// bundle i. Returns the number of hits.
+    /// Traces bundles with a new source. Calls take(i, band) with each band of bundle i. Returns
+    /// the number of hits.
     template <class Take>
     std::uint64_t trace(const std::vector<Bundle>& bundles, const Take& take) {
         HitRasterizer source(scene_.posed);
@@ -224,7 +225,7 @@ nlohmann::json measure(const Options& options) {
     for (const std::string& name : names)
         contenders.push_back(engine.contender(name));
     for (const Contender& contender : contenders)
-        contender.work();  // run once untimed
+        contender.work();  // an untimed run
     for (int i = 0; i < options.runs; ++i) {
         for (const Contender& contender : contenders) {
             const double before = processorMilliseconds();

@@ -77,7 +77,7 @@ def maps(bench: Bench) -> Rows:
 
 
 def growth(bench: Bench) -> Rows:
-    """Times 1 to 64 million hits, which come first from more and more rays, then from more and more spheres."""
+    """Times 1 to 64 million hits: first from a growing number of rays, then from a growing number of spheres."""
     def rays(millions: int) -> Tuple[str, int, int]:
         width = 1920 * math.sqrt(millions / 4.7)  # 1920 rays per row give 4.7 million hits
         return ("soup-192k", *bench.shrunk(round(width), round(width * 9 / 16)))

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Benchmark of writing all CPU hits of some bundles as a .npz. Prints JSON with the processor time
-// of every run (all threads, with kernel time) and its milliseconds.
+// Benchmark of writing all CPU hits of several bundles as a .npz. Prints JSON with the processor
+// time of every run (all threads, including kernel time) and its wall-clock time, in milliseconds.
 //
 //     hits SCENE [--size 1700x4] [--runs 3] [--what npz] [--folder .]
 //
-// `--size` is the resolution of the bundles by their number. "npz" traces them and writes hits.npz,
-// which stays in the folder; "capture" traces them with all channels and keeps nothing; "bare" does
-// the same with t and triangles only.
+// `--size` is RESOLUTIONxNUMBER of the bundles. "npz" traces them and writes hits.npz, which stays
+// in the folder; "capture" traces them with all channels and stores nothing; "bare" traces them
+// with t and triangles only.
 #include <algorithm>
 #include <filesystem>
 #include <numeric>
@@ -102,7 +102,7 @@ nlohmann::json measure(const Options& options) {
     nlohmann::json result = {{"threads", threadCount()}, {"hits", hits.hits()}};
     for (int i = 0; i < options.runs; ++i) {
         for (const Contender& contender : contenders) {
-            // The file is removed, so that it is created anew.
+            // so that the run creates the file
             if (contender.name == "npz") std::filesystem::remove(hits.path());
             const double before = processorMilliseconds();
             result["milliseconds"][contender.name].push_back(milliseconds(contender.work));

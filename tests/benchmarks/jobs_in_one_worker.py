@@ -1,11 +1,12 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Jobs a minute of one `peeler worker`, beside a process for each job.
+"""Compares the jobs per minute of one `peeler worker` with those of one process per job.
 
     python3 tests/benchmarks/jobs_in_one_worker.py build/release/peeler SCENE... \
         [--jobs 1000] [-- options of peeler render]
 
-The jobs take the scenes in turn, one after the other and two at a time. The files are compared. A row of Markdown for each way.
+The jobs cycle through the scenes; they run one at a time, and two at a time. Compares the files. Prints a row of
+Markdown for each way.
 """
 import argparse
 import hashlib

@@ -17,10 +17,10 @@ namespace peeler::benchmark {
 struct Options {
     std::string scene{};
     int width = 1920, height = 1080, runs = 3;
-    int bundles = 1;  ///< number of bundles, if the program traces any
+    int bundles = 1;  ///< only for programs that trace bundles
     /// The parts to measure, from the program's own list; empty = its default.
     std::vector<std::string> what{};
-    std::string folder = ".";  ///< where files are written and then removed
+    std::string folder = ".";  ///< for written files, which are removed afterwards
 };
 
 /// Parses SCENE [--size 1920x1080] [--bundles 1] [--runs 3] [--what A,B] [--folder .], and sets the
@@ -35,7 +35,7 @@ struct MeasuredScene {
     View view;
 };
 
-/// Returns the camera in the terms of other programs: eye, target, up, vertical field of view in
+/// Returns the camera as other programs describe it: eye, target, up, vertical field of view in
 /// degrees, near.
 nlohmann::json cameraJson(const View& view);
 
@@ -54,14 +54,14 @@ struct Contender {
     std::function<void()> work;
 };
 
-/// Returns the milliseconds of every run by contender. After an untimed run of each there are
-/// `runs` rounds, in which the contenders take turns.
+/// Returns {contender: milliseconds of every run}. After one untimed run each, the contenders take
+/// turns in `runs` rounds.
 nlohmann::json timesInTurn(const std::vector<Contender>& contenders, int runs);
 
 /// Returns the milliseconds that `work` takes.
 double milliseconds(const std::function<void()>& work);
 
-/// Returns the processor time of this process so far, over all threads, including the kernel's.
+/// Returns the processor time of this process over all threads, including kernel time.
 double processorMilliseconds();
 
 /// Runs a benchmark program: prints the JSON that `measure` returns, or an error on stderr. Returns

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Processor time that `peeler info` takes for a surface of many triangles as STL, PLY and OBJ, on one core.
+"""Measures the processor time of `peeler info` for a surface of many triangles as STL, PLY and OBJ, on one core.
 
     python3 -B tests/benchmarks/mesh_reading.py PEELER [--triangles 10000000] [--runs 3]
 
-The files are made in a scratch folder and read once before, so that they are in memory. Of the runs the quickest counts;
-what the command takes for a file of two triangles is taken off. An OBJ, which is text, has a fifth of the triangles.
+The files are made in a scratch folder and read once in advance, so that they are in memory. The fastest run counts,
+minus the time for a file of two triangles. The OBJ file, which is text, has a fifth of the triangles.
 """
 from __future__ import annotations
 
@@ -23,8 +23,7 @@ import numpy
 
 
 def surface(triangles: int):
-    """Returns a square of hills as vertices (n, 3) of float32 and triangles (m, 3) of uint32, two per square of a
-    grid."""
+    """Returns a hilly square as vertices (n, 3) of float32 and triangles (m, 3) of uint32, two per grid cell."""
     side = max(1, math.isqrt(triangles // 2))
     x, y = numpy.meshgrid(*2 * [numpy.arange(side + 1, dtype=numpy.float32)], indexing="ij")
     vertices = numpy.stack([x, y, 20 * numpy.sin(x / 100) * numpy.cos(y / 77)], -1).reshape(-1, 3)

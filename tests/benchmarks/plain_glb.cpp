@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Converts a scene of triangles to a plain .glb without textures, for programs that cannot read
-// compressed meshes. Keeps positions, normals, indices, and the materials' colour, roughness and
+// compressed meshes. Keeps positions, normals, indices, and each material's colour, roughness and
 // mode.
 //
 //     plain_glb SCENE OUT.glb

@@ -1,11 +1,11 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""What a call from Python takes, beside the same call of the C++ library.
+"""Compares the time of a call from Python with that of the same call of the C++ library.
 
     python3 tests/benchmarks/python_calls.py BUILD_FOLDER SCENE... [--calls 1000] [--runs 5]
 
-Both capture all layers of 64 x 64 pixels, CALLS times in a process, in turns; the fastest run of each counts. Python asks a
-worker, and maps what that wrote. A row of Markdown a scene.
+Both capture all layers of 64 x 64 pixels, CALLS times per process, in turn; the fastest run of each counts. The Python
+module sends the call to a worker, and maps the worker's output. Prints a row of Markdown per scene.
 """
 import argparse
 import os

@@ -21,7 +21,7 @@ REASONS: Dict[str, str] = {
     "exponent of time over fragments of N quads": "from 8 to 16 layers, the compiled shaders' share grows",
 }
 
-# Reasons why three.js's pictures are far from ours, by the rows' names. Each is the first words of a paragraph in
+# The reasons why three.js's pictures differ much from ours, by row name. Each is the first words of a paragraph in
 # examples/guide/light.md, "Beside three.js".
 THREE: Dict[str, str] = {
     **{name: "Glass" for name in ("GlassVaseFlowers", "LightsPunctualLamp", "ToyCar", "TransmissionTest")},

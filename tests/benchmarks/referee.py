@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""How near spheres in an environment come to the integral of glTF's lobes: referee.py PEELER
+"""Measures how near spheres in an environment come to the integral of glTF's lobes: referee.py PEELER
 
-One sphere a material, seen by parallel rays, in an environment with a gradient, coloured sides and a small bright box.
-`peeler render --environment` shades them from prefiltered maps. The referee integrates light times lobe over all
-directions at every pixel, by importance sampling with a fixed set of samples (Hammersley), from the specifications alone:
+Each material is shown on one sphere, seen by parallel rays, in an environment with a gradient, coloured sides and a
+small bright box. `peeler render --environment` shades the spheres from prefiltered maps. At every pixel the referee
+integrates light times lobe over all directions, by importance sampling with a fixed set of samples (Hammersley). It
+implements the specifications and shares no code with the shaders:
 
 - glTF 2.0, appendix B: GGX with height-correlated Smith visibility, Schlick's Fresnel term at the half vector, Lambert
   below it, dielectric and metal mixed by metalness;
@@ -39,7 +40,7 @@ import OpenImageIO as oiio
 from referee_spheres import WHITE, Array, Ball, balls, environment, scene
 
 VIEW = np.array([0.0, 0.0, 1.0])  # points from every surface toward the eye
-# The limits of Nearness for roughness 0.2 and more.
+# The limits of Nearness for roughness 0.2 and above.
 MEAN, ERROR, FURNACE = 0.03, 0.1, 0.02
 
 
@@ -58,7 +59,7 @@ def radiance(image: Array, direction: Array) -> Array:
     return rows[0] * (1 - down) + rows[1] * down
 
 
-# Lobes. Directions are in the surface's own frame: z along the normal, x along the tangent.
+# Lobes. Directions are in the tangent frame: z along the normal, x along the tangent.
 
 
 def hammersley(count: int) -> Tuple[Array, Array]:
@@ -87,8 +88,8 @@ def smith(alpha: Tuple[float, float], w: Array) -> Array:
 
 
 def facets(v: Array, alpha: Tuple[float, float], count: int) -> Array:
-    """Returns `count` half vectors for each view in `v`, distributed like visible microfacets (Heitz, "Sampling the GGX
-    Distribution of Visible Normals", 2018)."""
+    """Returns `count` half vectors for each view in `v`, distributed like the normals of visible microfacets (Heitz,
+    "Sampling the GGX Distribution of Visible Normals", 2018)."""
     u1, u2 = hammersley(count)
     stretched = unit(v * np.array([alpha[0], alpha[1], 1.0]))[:, None, :]
     across = np.stack([-stretched[..., 1], stretched[..., 0], 0 * stretched[..., 0]], -1)
@@ -106,8 +107,8 @@ def facets(v: Array, alpha: Tuple[float, float], count: int) -> Array:
 
 
 def ggx_weights(v: Array, alpha: Tuple[float, float], count: int) -> Tuple[Array, Array, Array]:
-    """Returns directions, the cosines v·h, and weights so that light times weight gives light times GGX times cosine,
-    without the Fresnel term."""
+    """Returns directions, the cosines v·h, and weights. Light times weight is light times GGX times cosine, without the
+    Fresnel term."""
     h = facets(v, alpha, count)
     v = v[:, None, :]
     v_dot_h = np.clip(dot(v, h), 0, 1)
@@ -118,8 +119,8 @@ def ggx_weights(v: Array, alpha: Tuple[float, float], count: int) -> Tuple[Array
 
 
 class Albedo:
-    """GGX's albedo in white light with a Fresnel term of 1: by cosine, averaged over all azimuths, and averaged over
-    all directions."""
+    """The albedo of GGX in white light with a Fresnel term of 1: by cosine, averaged over all azimuths, and averaged
+    over all directions."""
 
     def __init__(self, alpha: Tuple[float, float]) -> None:
         self.cosine = np.linspace(0.01, 1, 64)
@@ -225,7 +226,7 @@ class Referee:
         return np.concatenate([self.shade(ball, part) for part in np.array_split(normals, max(1, len(normals) // 48))])
 
 
-# Here the same spheres are rendered by peeler.
+# The spheres as peeler renders them.
 
 
 def pixel_normals(size: int) -> Array:
@@ -256,14 +257,14 @@ def rendered(peeler: str, chosen: List[Ball], image: Array, size: int, turn: str
 
 
 class Nearness(NamedTuple):
-    """Measures of how near one of our spheres comes to the pixels of the referee."""
+    """Differences between the pixels of one of our spheres and the referee's."""
 
     mean: float  # ratio of our mean to the referee's
     error: float  # root mean square difference over the root mean square of the referee's pixels
     furnace: Optional[float]  # greatest difference from 1, for white spheres
 
     def missed(self) -> List[str]:
-        """Returns the limits that this sphere misses: all of them if something is not a number."""
+        """Returns the limits that this sphere misses; all of them if a measure is not a number."""
         met = {"mean": abs(self.mean - 1) <= MEAN, "relative error": self.error <= ERROR,
                "furnace": self.furnace is None or self.furnace <= FURNACE}
         return [limit for limit in met if not met[limit]]

@@ -55,7 +55,7 @@ BLACK, WHITE = (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)
 
 
 def balls() -> List[Ball]:
-    """Returns spheres for every lobe, with roughness from 0.2 up."""
+    """Returns spheres for every lobe, with roughness 0.2 and above."""
     some, many = (0.2, 0.4, 0.6, 0.8, 1.0), (0.2, 0.3, 0.5, 0.7, 1.0)
     return [
         Ball("white diffuse", specular=0.0),
@@ -88,7 +88,7 @@ def unit_sphere(around: int, rows: int) -> Geometry:
 
 
 def scene(chosen: List[Ball]) -> Glb:
-    """Returns the spheres in a row along X, two apart."""
+    """Returns the spheres in a row along X, at a spacing of two."""
     glb = Glb("spheres")
     stored = glb.store(unit_sphere(192, 96))
     for i, ball in enumerate(chosen):

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Measures everything that the documents tell numbers of, and writes it into tests/benchmarks/RESULTS.md.
+"""Measures all published numbers, and writes them to tests/benchmarks/RESULTS.md.
 
-    sh tests/run.sh bench                              all of it, and the table of README.md
-    sh tests/run.sh bench stages files                 these sections; the others stay as they are
-    sh tests/run.sh bench side-by-side -- --quick      with more options of the section's command: printed, not written
-    sh tests/run.sh bench --gpu PAGE                   the section of a GPU, from the page of a run there
+    sh tests/run.sh bench                              all sections, and the table in README.md
+    sh tests/run.sh bench stages files                 only these sections
+    sh tests/run.sh bench side-by-side -- --quick      with extra options for the section's command: printed, not written
+    sh tests/run.sh bench --gpu PAGE                   the section of a GPU, from the results page of a run on it
 
 A section is a command that prints Markdown tables. It is written as soon as it is measured, with its commit. The machine,
 renderer and versions of most sections stand in the head of the page, those of other sections in these.
@@ -132,7 +132,7 @@ SECTIONS: Dict[str, Section] = {
 
 
 class Number(NamedTuple):
-    """A row of the README's table, and where its numbers are in the results."""
+    """A row of the README's table, and the origin of its numbers in the results."""
 
     what: str
     section: str
@@ -182,7 +182,7 @@ def measured(section: Section, build: Path, more: List[str]) -> str:
 
 
 def written(name: str, known: Dict[str, str], tables: str) -> str:
-    """Returns a section as it is written to the file."""
+    """Returns the text of a section in the file."""
     section = SECTIONS[name]
     told = "".join(f"- {key}: {value}\n" for key, value in known.items())
     text = textwrap.fill(section.text, 120, break_long_words=False, break_on_hyphens=False)
@@ -237,7 +237,8 @@ def shared(names: List[str]) -> Tuple[str, str]:
 
 
 def condensed(lines: List[str]) -> str:
-    """Returns the page with neighbouring lines of the same counts as a table and lines of the same text as one line."""
+    """Returns the page with runs of lines that have the same counts as a table, and runs of lines with the same text as
+    one line."""
     found: Dict[Tuple[str, ...], List[Tuple[str, str]]] = {}  # {part and columns, or text: names and lines}, in order
     for i, line in enumerate(lines):
         bullet = BULLET.fullmatch(line)
@@ -377,7 +378,7 @@ def numbers_of(results: str) -> str:
 
 
 def origin_of(sections: Dict[str, str]) -> str:
-    """Returns where the numbers come from; a line per section if there are several machines or commits."""
+    """Returns the machine, renderer and commit of the numbers; one line per section if they differ."""
     origins = {}
     for name in dict.fromkeys(number.section for number in NUMBERS):
         told = dict(re.findall(r"^- (commit|machine|renderer): (.*)$", sections[name], re.M))
@@ -388,7 +389,7 @@ def origin_of(sections: Dict[str, str]) -> str:
 
 
 def with_numbers(readme: str, results: str) -> str:
-    """Returns the README with the table brought up to date."""
+    """Returns the README with an updated table."""
     begin, end = readme.index(BEGIN) + len(BEGIN), readme.index(END)
     return f"{readme[:begin]}\n\n{numbers_of(results)}\n\n{readme[end:]}"
 
@@ -423,7 +424,7 @@ def main() -> int:
         try:
             readme = with_numbers(README.read_text(encoding="utf-8"), results)
         except LookupError as missing:
-            # If the README would lack a row, the measurements are printed and both files stay as they are.
+            # A row of the README would be missing, so neither file is written.
             print(text)
             say(f"{name} is not written: {missing}")
             return 1

@@ -4,8 +4,8 @@
 
     savez.py IN.npz OUT.npz
 
-The arrays are loaded first. `processor` counts all threads with kernel time; both numbers are milliseconds. numpy does
-not wait for the disk.
+Loads the arrays first. `processor` is the time of all threads, including kernel time; both numbers are in milliseconds.
+numpy does not wait for the disk.
 """
 import json
 import resource

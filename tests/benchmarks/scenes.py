@@ -2,24 +2,24 @@
 # SPDX-License-Identifier: Apache-2.0
 """Writes the scenes of the benchmarks: python3 tests/benchmarks/scenes.py FOLDER [NAME ...]
 
-Computed, with fixed seeds, by the standard library alone: the same bytes every time. Each has one
-camera, made for 16:9.
+Uses only the standard library, with fixed seeds, so the bytes are always the same. Each scene has one camera with an
+aspect ratio of 16:9. N is one of the numbers in LAYERS or SOUPS.
 
-spheres        30 glass spheres of 6,240 triangles, up to 24 layers
-fine-spheres   the same of 57,120 triangles
-small-spheres  200 of 6,240, up to 38 layers
-large-spheres  100 of 1,520, about 70 layers
-forest         300 trees whose leaves are cut out of cards by a MASK material
-city           1,600 opaque buildings
-soup-192k      30 spheres of 6,400 triangles, for rays: parallel ones find all of them in one another
-soup-1728k     the same of 57,600
-soup-1280k     200 of 6,400
-soup-640k      400 large ones of 1,600, about 28 hits a ray
-cube-192k      30 of 6,400, as high as wide
-cube-160k      100 of 1,600, likewise
-soup-of-N      N spheres of 1,600: so many times the triangles, and as many times the hits of a ray
-quads-N        N panes of glass, each over the whole picture: N layers of every pixel
-triangle       one triangle
+    spheres        30 glass spheres of 6,240 triangles each, up to 24 layers
+    fine-spheres   30 glass spheres of 57,120 triangles each
+    small-spheres  200 glass spheres of 6,240 triangles each, up to 38 layers
+    large-spheres  100 glass spheres of 1,520 triangles each, about 70 layers
+    forest         300 trees whose leaves are cut out of cards by a MASK material
+    city           1,600 opaque buildings
+    soup-192k      30 overlapping spheres of 6,400 triangles each, for parallel rays
+    soup-1728k     30 overlapping spheres of 57,600 triangles each
+    soup-1280k     200 spheres of 6,400 triangles each
+    soup-640k      400 large spheres of 1,600 triangles each, about 28 hits per ray
+    cube-192k      30 spheres of 6,400 triangles each, in a cube
+    cube-160k      100 spheres of 1,600 triangles each, in a cube
+    soup-of-N      N spheres of 1,600 triangles each; hits per ray grow in proportion to N
+    quads-N        N panes of glass, each over the whole picture: N layers in every pixel
+    triangle       one triangle
 """
 from __future__ import annotations
 
@@ -53,8 +53,8 @@ def _sphere(segments: int, rows: int) -> Geometry:
 
 
 def _spheres(count: int, segments: int, rows: int, radius: float, seed: int, half: Vec3 = (3.4, 1.7, 3.0)) -> Glb:
-    """Returns spheres at random positions. Radius and seed are chosen for the number of fragments and layers at 1920 x
-    1080 pixels; `half` is half the size of the box of their centres."""
+    """Returns spheres at random positions. The callers choose radius and seed for a number of fragments and layers at
+    1920 x 1080 pixels. `half` is half the size of the box that contains their centres."""
     glb = Glb(f"{count} spheres")
     stored = glb.store(_sphere(segments, rows))
     meshes = [glb.mesh(f"sphere {i}", (stored, glass)) for i, glass in enumerate(_glasses(glb))]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Shared parts of the benchmark table's rows: runs in turn, whole processes, a display."""
+"""Shared parts of the benchmark table's rows: alternating runs, whole processes, a display."""
 from __future__ import annotations
 
 import json
@@ -20,7 +20,7 @@ HERE = Path(__file__).resolve().parent
 
 @dataclass
 class Row:
-    """One comparison. Keeps the numbers of all runs; the table compares their medians."""
+    """One comparison: the numbers of all runs. The table compares their medians."""
 
     what: str
     scene: str
@@ -35,7 +35,7 @@ class Row:
     details: Dict[str, str] = field(default_factory=dict)  # further cells by their headings
     ours_alone: Sequence[Any] = ()  # the command for our part alone, to be profiled if the target is missed
     profile: str = ""
-    fails: str = ""  # another condition that failed, for which the row misses its target
+    fails: str = ""  # another failed condition, because of which the row misses its target
 
     @property
     def ratio(self) -> float:
@@ -88,7 +88,7 @@ def run(command: Sequence[Any], display: Optional[str] = None, check: bool = Tru
 
 
 class Served:
-    """A program that does its work once per line of input and answers with the milliseconds."""
+    """A program that does its work once per line of input, and answers with the milliseconds."""
 
     def __init__(self, command: Sequence[Any], display: str):
         self.child = subprocess.Popen([str(word) for word in command], stdin=subprocess.PIPE,
@@ -136,7 +136,7 @@ def exponent(points: List[Tuple[float, float]]) -> float:
 
 
 def in_turn(contenders: Sequence[Callable[[], float]], runs: int) -> List[List[float]]:
-    """Returns the numbers of each contender from `runs` rounds, in which the contenders take turns."""
+    """Returns the numbers of each contender. The contenders take turns in `runs` rounds."""
     numbers: List[List[float]] = [[] for _ in contenders]
     for _ in range(runs):
         for list_, contender in zip(numbers, contenders):
@@ -167,7 +167,7 @@ class Bench:
         return json.loads(run([self.build / "tests" / name, *arguments]).out)
 
     def those(self, *names: str) -> List[Tuple[str, Path]]:
-        """Returns those of the named scenes that exist and were requested."""
+        """Returns the named scenes that exist and were requested."""
         return [(name, self.scenes[name]) for name in names if name in self.scenes]
 
     def at(self, *sizes: str) -> List[str]:

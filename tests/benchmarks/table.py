@@ -5,9 +5,9 @@
     python3 tests/benchmarks/table.py [--rows capture,writers] [--scenes spheres,lamp] [--sizes 1920x1080]
                                       [--runs 3] [--quick] [--shrink 1]
 
-Ours and theirs run in turn; ratios are of the medians, no run is left out, and bold ones miss their target.
-What is missing is skipped with a note. The rows stand in a JSON file, too, every run's number
-with them (--json), and the pictures that were made in a folder beside it.
+Our program and the others run in turn. Ratios are of medians over all runs; bold ratios miss their target. Missing
+programs and scenes are skipped with a note. The numbers of every run are also written to a JSON file (--json), and the
+rendered pictures to a folder next to it.
 """
 from __future__ import annotations
 

@@ -21,8 +21,8 @@ Rows = Iterator[Row]
 def capture(bench: Bench) -> Rows:
     every = (*SPHERES, "forest", "city", *REAL)
     for size in bench.at(HD, UHD):
-        # Four times the pixels take four times as long, so only half of the scenes are measured, unless large pictures
-        # alone were requested.
+        # Four times the pixels take four times as long, so only half of the scenes are measured in large pictures,
+        # unless only large pictures were requested.
         half = size == UHD and len(bench.sizes) > 1
         for name, path in bench.those(*(every[::2] if half else every)):
             say(f"capture: {name} at {size}")
@@ -36,7 +36,7 @@ def capture(bench: Bench) -> Rows:
 
 
 def camera(bench: Bench, path: Path, size: str) -> Dict[str, Any]:
-    """Returns peeler's camera in the terms of other programs."""
+    """Returns peeler's camera as other programs describe it."""
     return bench.program("benchmark_capture", path, "--size", size, "--runs", 0, "--what", "composite")["camera"]
 
 
@@ -143,7 +143,7 @@ def hits(bench: Bench) -> Rows:
                     numbers += traced["processor"][key]
                 written = run(["/usr/bin/python3", HERE / "savez.py", bench.scratch / "hits.npz", copy])
                 savez.append(json.loads(written.out)["processor"])
-                copy.unlink()  # so that the file is created anew, as ours is
+                copy.unlink()  # so that numpy creates the file, as peeler does
             (bench.scratch / "hits.npz").unlink()
             yield Row("hits into .npz, processor time", name, "4 bundles", "capture + numpy.savez of the same arrays",
                       ours, [sum(pair) for pair in zip(capture, savez)], 1.0,
@@ -206,8 +206,8 @@ def start(bench: Bench) -> Rows:
 
 
 def layers(bench: Bench) -> Rows:
-    """Times captures of N layers. The rivals' work grows with N², so they get smaller pictures, fewer layers and a
-    single run."""
+    """Times captures of N layers. The work of the other programs grows with N², so they get smaller pictures, fewer
+    layers and a single run."""
     kinds = (("a-buffer", "1280x720", scenes.LAYERS, bench.runs, 1.1), ("dual", "640x360", scenes.LAYERS[:6], 1, None),
              ("front-to-back", "640x360", scenes.LAYERS[:6], 1, None))
     for method, size, counts, runs, target in kinds:

@@ -15,10 +15,10 @@ from scene_kit.glb import REPEAT, Glb  # noqa: E402
 from scene_kit.png import png  # noqa: E402
 from scene_kit.shapes import quad, sphere  # noqa: E402
 
-# three.js filters cube faces a quarter as wide as the picture; this width makes both programs use the same resolution.
+# three.js filters cube faces a quarter as wide as the picture; with this width both programs use the same resolution.
 WIDTH, HEIGHT = 2048, 1024
 
-# These paths are relative to gltf-sample-assets.
+# Relative to gltf-sample-assets.
 MODELS: Tuple[str, ...] = (
     "2CylinderEngine/glTF/2CylinderEngine.gltf",
     "AlphaBlendModeTest/glTF/AlphaBlendModeTest.gltf",
@@ -52,7 +52,7 @@ MODELS: Tuple[str, ...] = (
     "TransmissionTest/glTF-Binary/TransmissionTest.glb",
     "UnlitTest/glTF-Binary/UnlitTest.glb",
     "VertexColorTest/glTF-Binary/VertexColorTest.glb",
-    # Some collections of models lack these.
+    # Some copies of the model collection lack these.
     "MetalRoughSpheres/glTF-Binary/MetalRoughSpheres.glb",
     "TextureTransformMultiTest/glTF-Binary/TextureTransformMultiTest.glb",
     "ToyCar/glTF-Binary/ToyCar.glb",
@@ -95,7 +95,7 @@ TURNS: Tuple[Tuple[float, Tuple[float, float]], ...] = tuple(
 
 
 def turned_maps(varnish: bool) -> Glb:
-    """Returns squares without tangents whose normal maps, or those of their clearcoat, are rotated and mirrored by
+    """Returns squares without tangents, whose normal maps or clearcoat normal maps are rotated and mirrored by
     KHR_texture_transform."""
     glb = Glb("turned normal maps")
     glb.extend("KHR_texture_transform")
@@ -138,7 +138,7 @@ MADE: Dict[str, Made] = {
 
 def studio(width: int = WIDTH, height: int = HEIGHT) -> np.ndarray:
     """Returns linear RGB [height, width, 3] of floats, zenith first: a pale floor, a sky, three boxes of light and a
-    dark wall. All edges are blurred over one degree, so that the result does not depend on how a filter samples
+    dark wall. All edges are blurred over one degree, so that the result hardly depends on the filter that samples
     them."""
     v, u = np.mgrid[0:height, 0:width]
     latitude, longitude = 90 - (v + 0.5) * 180 / height, (u + 0.5) * 360 / width - 180

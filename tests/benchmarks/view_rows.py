@@ -13,7 +13,7 @@ from typing import Any, Callable, Dict, Iterator, List
 from machine import ASSETS
 from side_by_side import Bench, Row, in_turn, run, say
 
-HD = "1920x1080"  # the size of other rows; these rows have sizes of their own but run if that one does
+HD = "1920x1080"  # these rows have sizes of their own, but run only if this size is requested
 LEAST_TRIANGLES = 500
 START_UP = ("load", "context", "upload")
 Rows = Iterator[Row]
@@ -32,7 +32,7 @@ def emptied(folder: Path) -> Path:
 
 
 def views(bench: Bench) -> Rows:
-    """Times one process for many views, and compares with the sum of its stages and with one process per view."""
+    """Times one process for many views, and compares it with the sum of its stages and with one process per view."""
     for _ in bench.at(HD):
         for name, path in bench.those("gearbox"):
             count, (side,) = max(4, 100 // bench.shrink), bench.shrunk(512)
@@ -63,7 +63,7 @@ def views(bench: Bench) -> Rows:
 
 
 def models() -> Dict[str, Path]:
-    """Returns the models that are large enough by name, each in the form with the fewest extensions."""
+    """Returns the models that are large enough, by name; of each model, the form with the fewest extensions."""
     found: Dict[str, Path] = {}
     if not (ASSETS / "MODELS.tsv").is_file():
         return found
@@ -77,7 +77,7 @@ def models() -> Dict[str, Path]:
 
 
 class DataSet:
-    """Views of a model as in a data set, and their depths alone, by peeler and by Embree."""
+    """Views of a model as in a data set, and depths only, by peeler and by Embree."""
 
     def __init__(self, bench: Bench, path: Path, count: int, side: int):
         self.ours, self.alone, self.theirs = (emptied(bench.scratch / name) for name in ("ours", "alone", "theirs"))
@@ -89,7 +89,7 @@ class DataSet:
         self.embree = [bench.build / "tests" / "benchmark_embree_views", path, cameras, self.theirs]
 
     def alike(self) -> float:
-        """Returns the share of covered pixels that have as many layers, up to 15, as Embree finds."""
+        """Returns the share of covered pixels where peeler and Embree find equally many layers, up to 15."""
         import numpy as np
 
         alike = covered = 0

@@ -4,7 +4,7 @@
 
     vtk_peeling.py SCENE WIDTH HEIGHT CAMERA_JSON PICTURE
 
-The camera is benchmark_capture's description of peeler's. First renders and saves an untimed picture, and prints the
+The camera is the JSON that benchmark_capture prints. First renders and saves an untimed picture, and prints the
 versions as a line of JSON; then renders one picture per input line, and prints the milliseconds of Render() until the
 last command is done. Needs a display.
 
@@ -21,7 +21,7 @@ import vtk
 
 
 def glass_alpha(scene):
-    """Returns the alpha that all BLEND materials have in common, because VTK 9.1's importer drops it."""
+    """Returns the common alpha of all BLEND materials, because VTK 9.1's importer drops it."""
     data = pathlib.Path(scene).read_bytes()
     document = json.loads(data[20:20 + struct.unpack_from("<I", data, 12)[0]])
     alphas = {material["pbrMetallicRoughness"]["baseColorFactor"][3]

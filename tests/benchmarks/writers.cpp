@@ -5,10 +5,10 @@
 //
 //     writers SCENE [--size 1920x1080] [--runs 3] [--what layered,deep,ours] [--folder .]
 //
-// `--what`: the files, and "ours" to skip OpenEXR's classes (for a profile). The picture is
-// captured once, in advance. Our time is begin() to finish(): cropping, gathering, compositing the
-// first part, compressing, writing, flushing to disk. OpenEXR's time is only opening, writePixels()
-// and closing; its input planes are prepared outside.
+// `--what`: the kinds of file, and "ours" to skip OpenEXR's classes (for a profile). The picture is
+// captured once, in advance. peeler's time is that from begin() to finish(): cropping, gathering,
+// compositing the first part, compressing, writing, flushing to disk. OpenEXR's time is only that
+// of opening, writePixels() and closing; preparing its input planes is not timed.
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfDeepFrameBuffer.h>
 #include <OpenEXR/ImfDeepScanLineOutputFile.h>
@@ -153,8 +153,8 @@ Imf::Header headerOf(const Picture& picture, const std::string& name, const Wind
     return header;
 }
 
-/// Writes all parts with OpenEXR's classes, each with the layer's data window if `cropped`, else
-/// with the whole picture. Returns milliseconds.
+/// Writes all parts with OpenEXR's classes. Each part has the layer's data window if `cropped`,
+/// otherwise the whole picture. Returns milliseconds.
 double writeLayered(const Picture& picture, const std::string& path, bool cropped) {
     const Window whole = picture.plan.view.crop;
     const std::size_t layers = picture.plan.layers.size();
@@ -250,7 +250,7 @@ double writeOurs(const Picture& picture, const std::string& path) {
     return watch.total();
 }
 
-/// One writer: a row of the comparison.
+/// A row of the comparison: one writer.
 struct Row {
     std::string name;
     std::function<double(const std::string& path)> write;
@@ -267,7 +267,7 @@ nlohmann::json compared(std::vector<Row> rows, const Options& options) {
     for (int i = 0; i < options.runs; ++i) {
         for (const Row& row : rows) {
             const fs::path path = fs::path(options.folder) / (row.name + ".exr");
-            fs::remove(path);  // so that the file is created anew, as ours is
+            fs::remove(path);  // so that OpenEXR creates the file, as our writer does
             result["milliseconds"][row.name].push_back(row.write(path.string()));
             result["bytes"][row.name] = fs::file_size(path);
             fs::remove(path);

@@ -100,7 +100,7 @@ TEST_F(ConvertVerb, OtherProgramsFlattenColourAloneHoweverManyChannelsThereAre) 
     const OIIO::ImageBufAlgo::CompareResults result =
         OIIO::ImageBufAlgo::compare(rich, plain, 0.0F, 0.0F);
     EXPECT_FALSE(result.error) << result.maxerror;
-    // All channels are read back, in whichever order they were requested.
+    // All channels are read back, regardless of the order in which they were requested.
     run({"convert", at("rich.exr"), "-o", at("layers.exr"), "--as", "ldi"});
     renderGlasses("rendered.exr", {"--channels", "all"});
     EXPECT_TRUE(bytesOf(at("layers.exr")) == bytesOf(at("rendered.exr")));
@@ -164,7 +164,7 @@ TEST_F(ConvertVerb, ASetDoesNotReplaceItsInputNorWhatMustStay) {
         runPeeler({"render", scene, "-o", at("a.exr"), "--layout", "per-file", "--no-clobber"})
             .exit_code,
         4);
-    // A single layer's file, on its own, is a picture of one layer.
+    // A layer's file on its own is a picture of one layer.
     const Json json = run({"convert", at("a.layer_001.exr"), "-o", at("b.exr")});
     EXPECT_EQ(json["layers"], 1);
 }

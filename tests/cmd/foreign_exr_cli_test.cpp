@@ -32,7 +32,7 @@ class ForeignExr : public testing::Test {
         return result.err;
     }
 
-    /// Writes a deep file of 8 × 6 pixels whose data window has 4 × 3 pixels from (2, 1).
+    /// Writes a deep file of 8 × 6 pixels. Its data window has 4 × 3 pixels, starting at (2, 1).
     std::string inside() const {
         writeDeepFile(at("inside.exr"),
                       {deepPart({{2, 1}, {5, 3}}, kNames, {{0.5, 0.25, 0.25, 0.25, 2}})},
@@ -187,7 +187,7 @@ TEST_F(ForeignExr, DwaIsReadAndGood) {
     }
 }
 
-/// Checks files from bug reports, if they are in a folder beside the project.
+/// Checks files from bug reports, if they are in a folder next to the project.
 TEST_F(ForeignExr, FilesFromTheField) {
     const char* const variable = std::getenv("PEELER_FIELD");
     const fs::path field = variable ? fs::path(variable) : sourceDir() / "../shared/field";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// glTF scenes of a few lines, for tests that change or damage them.
+// Short glTF scenes, for tests that change or damage them.
 #pragma once
 
 #include <cstddef>
@@ -33,7 +33,7 @@ inline nlohmann::json triangleScene() {
     })");
 }
 
-/// Returns the triangle's corners and indices; `indices` may be invalid.
+/// Returns the triangle's corners and these indices, which may be invalid.
 inline std::string triangleBuffer(const std::array<std::uint32_t, 3>& indices = {0, 1, 2}) {
     const float corners[9] = {-1, -1, 0, 1, -1, 0, 0, 1, 0};
     std::string bytes(48, '\0');
@@ -42,8 +42,8 @@ inline std::string triangleBuffer(const std::array<std::uint32_t, 3>& indices = 
     return bytes;
 }
 
-/// Returns `count` triangles one behind the other, each large enough to fill the frame of the
-/// camera "front", which is at a distance of 3 from the first.
+/// Returns `count` triangles one behind the other. Each fills the frame of the camera "front",
+/// which is at a distance of 3 from the first.
 inline nlohmann::json stackScene(int count) {
     nlohmann::json scene = triangleScene();
     scene["nodes"].clear();
@@ -61,7 +61,7 @@ inline nlohmann::json stackScene(int count) {
 }
 
 /// Returns a red, a green and a blue pane of glass without reflections in front of a white, unlit
-/// wall. The middle panes are narrow, so that pixels see one, two or all panes, and the wall is
+/// wall. The middle panes are narrow, so that pixels show one, two or all panes. The wall is
 /// narrower than the picture.
 inline nlohmann::json tintedPanes() {
     nlohmann::json scene = stackScene(4);
@@ -98,7 +98,7 @@ inline void writeText(const std::filesystem::path& path, const std::string& text
     file << text;
 }
 
-/// Writes "scene.gltf" and "triangle.bin"; returns the path of "scene.gltf".
+/// Writes "scene.gltf" and "triangle.bin". Returns the path of "scene.gltf".
 inline std::filesystem::path writeScene(const std::filesystem::path& folder,
                                         const nlohmann::json& scene = triangleScene(),
                                         const std::string& buffer = triangleBuffer()) {

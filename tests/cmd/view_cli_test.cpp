@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests peeler view: compares layers of a file, seen from other cameras, with renders from those
-// cameras.
+// Tests peeler view: compares views of layers from other cameras with renders from those cameras.
 #include <OpenImageIO/imagebuf.h>
 #include <OpenImageIO/imagebufalgo.h>
 #include <gtest/gtest.h>
@@ -28,7 +27,7 @@ std::string exactly(const std::vector<double>& numbers) {
     return text.str();
 }
 
-/// Returns a picture over grey, in sRGB from 0 to 1, as it is displayed.
+/// Returns a picture over grey as displayed: in sRGB, from 0 to 1.
 OIIO::ImageBuf shown(const fs::path& path) {
     OIIO::ImageBuf image(path.string());
     EXPECT_TRUE(image.read(0, 0, true, OIIO::TypeDesc::FLOAT)) << image.geterror();
@@ -119,13 +118,13 @@ TEST_P(ViewsOf, TheOwnCameraShowsTheComposite) {
 }
 
 TEST_P(ViewsOf, AllLayersAreWorthThreeDecibelsBesideIt) {
-    // Layers are captured wider than the views, so that parts which enter the picture exist, and
-    // antialiased, because jagged edges would dominate the comparison.
+    // Layers are captured wider than the views, because views show parts from outside the picture.
+    // They are antialiased, because jagged edges would dominate the comparison.
     capture("layers.exr", 1.5);
     const Arguments own = cameraOf("own.exr");
     for (const char* orbit : {"5,0", "10,0", "20,0"}) {
-        // File names differ, because OpenImageIO caches files by name and notices a new one only by
-        // its time in seconds.
+        // Each view has its own file name, because OpenImageIO caches files by name, and detects a
+        // change only by modification time in seconds.
         const std::string all_name = std::string("all ") + orbit + ".exr";
         const std::string one_name = std::string("one ") + orbit + ".exr";
         const std::string direct_name = std::string("direct ") + orbit + ".exr";
@@ -195,7 +194,8 @@ TEST_F(View, OrbitsAboutTheTarget) {
     };
     const Json before = matrixOf(layers_), after = matrixOf(scratch_ / "a.exr");
     const auto at = [](const Json& m, std::size_t row) { return m.at(row).at(3).get<double>(); };
-    // The camera makes a quarter turn to the right: its (x, z) from the target becomes (z, −x).
+    // The camera makes a quarter turn to the right: its position (x, z) relative to the target
+    // becomes (z, −x).
     EXPECT_NEAR(at(after, 0) - 1, at(before, 2) - 3, 1e-9);
     EXPECT_NEAR(at(after, 2) - 3, -(at(before, 0) - 1), 1e-9);
     EXPECT_NEAR(at(after, 1), at(before, 1), 1e-9);

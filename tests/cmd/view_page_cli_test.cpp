@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests peeler view -o page.html in a browser, which view_page_test.py controls.
+// Tests peeler view -o page.html in a browser, controlled by view_page_test.py.
 #include <OpenImageIO/imagebuf.h>
 #include <OpenImageIO/imagebufalgo.h>
 #include <gtest/gtest.h>
@@ -38,12 +38,10 @@ class ViewPage : public testing::Test {
         return -20 * std::log10(std::max(result.rms_error, 1e-6));
     }
 
-    /// Opens the page in a browser and makes a tour of it. The exit code is 77 if there is no
-    /// browser.
+    /// Runs a tour of the page in a browser. The exit code is 77 if there is no browser.
     Outcome use(const std::string& page, const std::string& tour = "look",
                 const std::vector<std::string>& pixels = {}) const {
-        // Selenium is a package of Debian's Python, so that is used even if another Python is first
-        // in the path.
+        // Debian's Python has Debian's Selenium, even if another Python comes first in PATH.
         const auto script = sourceDir() / "tests" / "cmd" / "view_page_test.py";
         std::vector<std::string> command = {"/usr/bin/python3", script, page, ".", tour};
         command.insert(command.end(), pixels.begin(), pixels.end());
@@ -86,8 +84,8 @@ struct Pixel {
     std::string place() const { return std::to_string(x) + ", " + std::to_string(y); }
 };
 
-/// Returns the pixels where a layer is folded most sharply within a surface, because there a cell's
-/// corners predict its Z worst.
+/// Returns the pixels with the sharpest folds of a layer within a surface, where a cell's corners
+/// predict its Z worst.
 std::vector<Pixel> sharpestFolds(const OIIO::ImageBuf& layer, std::size_t count) {
     const int z = layer.spec().channelindex("Z");
     std::vector<std::pair<double, Pixel>> found;
@@ -112,7 +110,7 @@ TEST_F(ViewPage, OfColouredGlassFiltersColourByColour) {
     for (const std::vector<std::string>& verb :
          {std::vector<std::string>{"render", "scene.gltf", "-o", "layers.exr", "--camera", "front",
                                    "--size", "128x72"},
-          // No tone curve is used, because a page applies it per fragment but a composite to the
+          // Without a tone curve, because a page applies it per fragment but a composite to the
           // whole.
           {"view", "layers.exr", "-o", "page.html", "--background", "#dbdbdb", "--tone-map",
            "none"},
@@ -131,7 +129,7 @@ TEST_F(ViewPage, OfColouredGlassFiltersColourByColour) {
     std::printf("the page of coloured glass against the composite: %.1f dB\n", found);
     EXPECT_GE(found, 44);
     EXPECT_LT(psnr("milky", "all"), 30);
-    // In the corner there is only one pane, so the alpha picture shows its opacity per channel.
+    // There is only one pane in the corner, so the alpha picture shows its opacity per channel.
     const OIIO::ImageBuf front = layer(1);
     std::array<int, 3> opacities{};
     for (std::size_t c = 0; c < 3; ++c)
@@ -153,7 +151,7 @@ TEST_F(ViewPage, InABrowser) {
           {"flatten", "layers.exr", "-o", "all.png"},
           {"flatten", "layers.exr", "-o", "first.png", "--layers", "1"}}) {
         auto arguments = verb;
-        // No tone curve is used, because a page applies it per fragment but a composite to the
+        // Without a tone curve, because a page applies it per fragment but a composite to the
         // whole.
         arguments.insert(arguments.end(), {"--background", "#dbdbdb", "--tone-map", "none"});
         const auto result = run(arguments);
@@ -169,8 +167,8 @@ TEST_F(ViewPage, InABrowser) {
     ASSERT_EQ(browser.exit_code, 0) << browser.out << browser.err;
     EXPECT_EQ(bytesOf(scratch_ / "console.json"), "[]") << "no word on the console";
 
-    // The page has 8-bit colours, blended in another precision. Since its depths have 16 bits, a
-    // few pixels where two surfaces touch show the other one.
+    // The page has 8-bit colours, blended in another precision. Its depths have 16 bits, so a few
+    // pixels where two surfaces touch show the wrong surface.
     const double all = psnr("original", "all"), first = psnr("one_layer", "first");
     std::printf("the page against the composite: %.1f dB; of one layer: %.1f dB\n", all, first);
     EXPECT_GE(all, 44) << "40 would be the transparent ones in the wrong order";
@@ -192,8 +190,8 @@ TEST_F(ViewPage, InABrowser) {
     }
 }
 
-/// Returns three unlit surfaces: a red pane in front of a green triangle, rotated by 45 degrees, in
-/// front of a blue wall.
+/// Returns three unlit surfaces: a red pane, a green triangle rotated by 45 degrees behind it, and
+/// a blue wall behind both.
 Json threeSurfaces() {
     Json scene = stackScene(3);
     const Json primitive = scene["meshes"][0]["primitives"][0];
@@ -237,8 +235,8 @@ TEST_F(ViewPage, TellsWhatIsShown) {
     EXPECT_EQ(bytesOf(scratch_ / "console.json"), "[]") << "no word on the console";
     const Json told = readings();
 
-    // The page tells which surface is under the pointer. The Z of the pane and the wall are whole
-    // numbers; the triangle's is that of the file to five digits, the precision of the codes.
+    // The page shows the surface under the pointer. Pane and wall have exact Z; the triangle's Z is
+    // that of the file to five digits, the precision of the page's depths.
     const std::string of_pane = "object near <b>pane material paint of near <b>pane";
     EXPECT_EQ(told["48,32"], "Z 3.0000 layer 1 of 3 pixel 48, 32 " + of_pane);
     EXPECT_EQ(told["5,7"], "Z 6.0000 layer 1 of 3 pixel 5, 7 object wall material paint of wall");
@@ -253,7 +251,7 @@ TEST_F(ViewPage, TellsWhatIsShown) {
     EXPECT_EQ(told["middle"], told["48,32"]);
     EXPECT_EQ(told["nowhere"], "Point at the picture: depth, layer, pixel, object.");
 
-    // The page can show a single layer.
+    // A single layer.
     EXPECT_EQ(told["of all"], "3 of 3");
     EXPECT_EQ(told["two"], "2 of 3");
     EXPECT_EQ(told["second"], "only 2 of 3");
@@ -276,7 +274,7 @@ TEST_F(ViewPage, TellsWhatIsShown) {
     }
     EXPECT_GT(there, 100);
 
-    // Channels are shown for the second layer, for the first, and for all.
+    // Channels of the second layer, of the first, and of all.
     EXPECT_EQ(told["ramp from"], "1");
     EXPECT_EQ(told["ramp to"], "3");
     expectColor("layer_2", 48, 32, {35, 144, 139});  // middle of viridis
@@ -295,9 +293,9 @@ TEST_F(ViewPage, TellsWhatIsShown) {
     EXPECT_EQ(color("object", 90, 60), color("object", 5, 7)) << "one object";
     EXPECT_EQ(told["cycle"], Json({"alpha", "depth", "layer", "object", "normal", "color"}));
 
-    // Dragging moves the surface at the viewing distance by as much, and the wall, which is
-    // farther, by proportionally less. After 20 pixels right and 10 up, (30, 40) must read what was
-    // at the computed pixel before.
+    // Dragging moves the surface at the viewing distance by the same number of pixels, and the
+    // wall, which is farther, by proportionally less. After a drag of 20 pixels right and 10 up,
+    // pixel (30, 40) must show the reading of the computed earlier pixel.
     const std::string page = bytesOf(scratch_ / "page.html");
     const double share = std::stod(page.substr(page.find("\"distance\":") + 11)) / 6;
     ASSERT_TRUE(share > 0.5 && share < 0.9) << share;

@@ -1,14 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Drives a page of `peeler view` in headless Chromium like a visitor.
+"""Operates a page of `peeler view` in headless Chromium as a visitor does.
 
     view_page_test.py PAGE.html OUT_FOLDER TOUR [X,Y...]
 
 Writes the canvas after each step of a tour as PNG, the browser's console as console.json, and the page's readings as
-readings.json, with those of the pixels X, Y under "X,Y". The tour "look" goes around the scene: original, one_layer,
-depth, alpha, dragged, keys, nearer, reset; "filter" is a short one: original, depth, alpha, keys, reset; "read" is for
-a scene of three layers: original, only_2, layer_2, alpha_1, each channel, moved, moved_by_fingers, moved_by_keys,
-reset; "picture" writes only page.png, the whole window with the pointer on the first of the pixels (of the canvas).
-Exit code 77: there is no Chromium, no chromedriver or no Selenium; the reason is on stdout.
+readings.json, with those of the pixels X, Y under "X,Y". The tours are:
+
+- "look", around the scene: original, one_layer, depth, alpha, dragged, keys, nearer, reset;
+- "filter", a short one: original, depth, alpha, keys, reset;
+- "read", for a scene of three layers: original, only_2, layer_2, alpha_1, each channel, moved, moved_by_fingers,
+  moved_by_keys, reset;
+- "picture" writes only page.png: the whole window, with the pointer on the first of the given canvas pixels.
+
+Exit code 77: Chromium, chromedriver or Selenium is missing; the reason is on stdout.
 """
 import base64
 import json
@@ -29,7 +33,7 @@ class Page:
         self.readings = {}
 
     def count(self, what):
-        """Returns how many frames of the canvas, or readings below it, there have been."""
+        """Returns the number of frames, of the canvas or of the readings below it."""
         return int(self.driver.execute_script(
             {"frame": "return document.getElementById('picture').dataset.frame || 0",
              "reading": "return document.getElementById('probe').dataset.reading || 0"}[what]))
@@ -39,7 +43,7 @@ class Page:
         before = self.count(what)
         action()
         self.wait.until(lambda _: self.count(what) > before)
-        # Other changes that are pending appear in the frame after the next.
+        # Pending changes may appear one frame later, so wait for two frames.
         self.driver.execute_async_script(
             "const done = arguments[0]; requestAnimationFrame(() => requestAnimationFrame(done))")
 
@@ -88,7 +92,7 @@ class Page:
 
 
 def one_to_one(page, pixels):
-    """Makes one canvas pixel stand for one pixel of the capture from here on."""
+    """Resizes the canvas so that one canvas pixel shows one pixel of the capture."""
     page.run("const c = document.getElementById('picture');"
              "c.style.border = 0;"
              "c.style.width = JSON.parse(document.getElementById('view').textContent).width + 'px'")
@@ -165,7 +169,6 @@ def read(page, pixels):
         "return document.getElementById('picture').dispatchEvent("
         "new MouseEvent('contextmenu', {cancelable: true}))")
 
-    # Show a single layer.
     page.told("of all", "shown")
     page.slide(2)
     page.told("two", "shown")
@@ -192,7 +195,7 @@ def read(page, pixels):
         cycle.append(page.element("channel").get_attribute("value"))
     page.readings["cycle"] = cycle
 
-    # Look from another viewpoint.
+    # Move the camera.
     def shift_drag():
         ActionChains(driver).key_down(Keys.SHIFT).perform()
         page.drag(20, -10).perform()

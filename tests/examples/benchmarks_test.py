@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tests that the benchmark scripts still run, and that tests/benchmarks/RESULTS.md and README.md agree.
 
-Renders small pictures once; the measured values do not matter. Parts that need the benchmarks' own programs (side by
-side, baking) are not run, except the rows of hits and of data sets if these programs are built."""
+Renders small pictures once; the measured values do not matter. Does not run parts that need the benchmarks' own
+programs (side by side, baking), except the rows of hits and of data sets if these programs are built.
+"""
 
 import json
 import math
@@ -136,7 +137,7 @@ class Benchmarks(PeelerTest):
 
 
 class CannedBench(side_by_side.Bench):
-    """A bench whose programs give canned answers."""
+    """A Bench whose programs give canned answers."""
 
     def __init__(self, folder, answers, **more):
         paths = {name: pathlib.Path(name) for name in (*hit_rows.SOUPS, *hit_rows.MODELS, "2CylinderEngine", "helmet")}
@@ -150,7 +151,7 @@ class CannedBench(side_by_side.Bench):
 
 
 def hits_of(command):
-    """Returns canned results with one hit per ray; a hit takes Embree a nanosecond, and us a tenth of that."""
+    """Returns canned results with one hit per ray: Embree takes a nanosecond per hit, our program a tenth of that."""
     width, height = map(int, command[command.index("--size") + 1].split("x"))
     rays = width * height * (64 if "--bundles" in command else 1)
     times = {key: [1e-6 * rays * share] for key, share in (
@@ -243,7 +244,7 @@ class HitRows(PeelerTest):
 
 
 class ViewRows(PeelerTest):
-    """Tests the table rows on many views, data sets and masks, with small scenes in place of the models."""
+    """Tests the table rows on many views, data sets and masks, with small scenes instead of the models."""
 
     BUILD = pathlib.Path(PEELER).parent
 
@@ -272,7 +273,7 @@ class ViewRows(PeelerTest):
     @unittest.skipUnless((BUILD / "tests" / "benchmark_embree_views").is_file(),
                          "benchmark_embree_views is not built (target benchmarks)")
     def test_data_sets(self):
-        """Embree gets the same task, so it finds equally many layers nearly everywhere."""
+        """Embree gets the same task, so both programs find equally many layers in nearly all pixels."""
         with mock.patch("view_rows.models", lambda: {"bracket": EXAMPLES / "scenes" / "bracket.glb"}):
             rows = self.rows("datasets", SCENE)
         self.assertEqual([row.scene for row in rows], 2 * ["bracket"] + 2 * ["all 1 models"])
@@ -281,7 +282,7 @@ class ViewRows(PeelerTest):
             self.assertRegex(row.details["alike"], "^objects a minute: [0-9.]+, [0-9.]+, Embree [0-9.]+$")
 
     def test_models(self):
-        """Of the models that are large enough, chooses the form with the fewest required extensions."""
+        """Chooses models that are large enough; of each model, the form with the fewest required extensions."""
         lines = ["path\ttriangles_in_default_scene\textensionsRequired"]
         lines += [f"{path}\t{triangles}\t{needed}" for path, triangles, needed in (
             ("gltf-sample-assets/Duck/glTF-Draco/Duck.gltf", 4212, "KHR_draco_mesh_compression"),
@@ -332,7 +333,7 @@ class Flip(PeelerTest):
 
 class AgainstThree(PeelerTest):
     def test_compared(self):
-        """The picture is half covered, and we are a tenth too bright there."""
+        """The pictures are half covered; ours is a tenth too bright there."""
         theirs = np.zeros((16, 16, 4))
         theirs[:8] = (0.5, 0.5, 0.5, 1)
         ours = theirs * (1.1, 1.1, 1.1, 1)
@@ -340,13 +341,13 @@ class AgainstThree(PeelerTest):
         self.assertAlmostEqual(measured.psnr, -20 * np.log10(0.05), 6)
         self.assertAlmostEqual(measured.luminance, 1.1, 6)
         self.assertGreater(measured.flip, 0)
-        # Values too bright for a screen differ in luminance but look the same.
+        # Values beyond the range of a screen differ in luminance but look the same.
         bright = against_three.compared(4 * theirs, 8 * theirs)
         self.assertEqual((bright.psnr, bright.flip, bright.luminance), (np.inf, 0, 0.5))
         self.assertEqual(against_three.compared(theirs, theirs).psnr, np.inf)
 
     def test_sample_positions(self):
-        """Checks the positions that make three.js take the same four samples per pixel as we do."""
+        """Checks the positions that make three.js take the same four samples per pixel as peeler."""
         self.assertEqual(against_three.sample_positions(1), [(0.5, 0.5)])
         positions = against_three.sample_positions(4)
         self.assertEqual(positions, [(0.125, 0.125), (0.375, 0.625), (0.625, 0.375), (0.875, 0.875)])
@@ -391,7 +392,7 @@ class AgainstThree(PeelerTest):
         self.assertTrue(text.endswith("(FLIP up to 0.100, luminance 0.900 to 1.000): b (50.0); c (40.0)."), text)
 
     def test_reasons(self):
-        """Every reason belongs to an existing row, and stands in the guide."""
+        """Every reason belongs to an existing row, and appears in the guide."""
         names = {*three_scenes.MADE, *(model.split("/")[0] for model in three_scenes.MODELS)}
         self.assertLessEqual(reasons.THREE.keys(), names)
         guide = (SOURCE / "examples/guide/light.md").read_text(encoding="utf-8")

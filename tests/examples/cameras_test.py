@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tests cameras of other programs. For every camera format, OpenCV projects the positions of layers into the pixels
-that they belong to. COLMAP reads our files, and we read COLMAP's."""
+"""Tests cameras of other programs. For every camera format, OpenCV projects the positions of layers to their pixels.
+COLMAP reads our files, and peeler reads COLMAP's."""
 
 import json
 import pathlib
@@ -123,7 +123,7 @@ class Cameras(PeelerTest):
         return [np.load(self.folder / f"000{i}.npz") for i in range(len(VIEWS))]
 
     def assert_pixels(self, arrays, view):
-        """Expects every position to project into the pixel that it belongs to."""
+        """Expects every position to project to its own pixel."""
         splits, (x0, y0, width, _) = arrays["ray_splits"], arrays["bundle_window"][0]
         pixels = np.repeat(np.arange(len(splits) - 1), np.diff(splits))
         self.assertGreater(len(pixels), 2000)
@@ -147,7 +147,7 @@ class Cameras(PeelerTest):
                 self.assertLess(farthest, NEAREST)
 
     def test_formats_agree(self):
-        """The same camera gives the same layers in every format, except for the rounding of its numbers."""
+        """The same camera gives the same layers in every format, except for rounding."""
         reference = None
         for name, write in FORMATS.items():
             folder = self.folder / name.replace(".", "_")
@@ -168,7 +168,7 @@ class Cameras(PeelerTest):
         self.assertRegex(told, r"Cameras: [15]\b")
         self.assertRegex(told, r"Images: 5\b")
         self.assertGreater(int(re.search(r"Points: (\d+)", told)[1]), 1000)
-        # COLMAP converts our model to text; read back, the text has the same poses.
+        # COLMAP converts our model to text. The text must have the same poses.
         text = self.folder / "text"
         text.mkdir()
         subprocess.run([COLMAP, "model_converter", "--input_path", model, "--output_path", text, "--output_type", "TXT"],

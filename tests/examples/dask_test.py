@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tests examples/dask on a machine of its own, with a real scheduler and two workers, one of which gets killed."""
+"""Tests examples/dask on a virtual machine, with a real scheduler and two workers, one of which is killed."""
 
 import os
 import pathlib
@@ -31,7 +31,7 @@ class Dask(PeelerTest):
             "PYTHONUNBUFFERED": "1",
             "LP_NUM_THREADS": "0",
         }
-        # A shard has two scenes, so that there are enough shards for every worker.
+        # A shard has two scenes, so that there are enough shards for both workers.
         self.script = self.folder / "dask" / "peeler_dask.py"
         shutil.copytree(EXAMPLES / "dask", self.script.parent)
         shutil.copytree(EXAMPLES / "worker", self.folder / "worker")
@@ -78,7 +78,7 @@ class Dask(PeelerTest):
         self.assertIn(f"{shards} shards of {len(scenes)} scenes, 1 failed", printed)
         self.assertIn("missing.glb", errors)
         written = sorted(out.glob("pictures-*.tar"))
-        # If the missing scene was alone in its shard, there is no such shard.
+        # A shard that had only the missing scene does not exist.
         self.assertGreaterEqual(len(written), shards - 1)
         self.assertEqual(sorted(path.suffix for path in out.iterdir()), [".tar"] * len(written))
         first = self.folder / "first.tar"

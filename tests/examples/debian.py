@@ -43,7 +43,7 @@ def mirror_of(name):
 
 
 def impediment(name, memory):
-    """Returns why a root of that release, with `memory` bytes, cannot be made here; nothing if it can."""
+    """Returns the reason why a root of that release, with `memory` bytes, cannot be made here; nothing if it can."""
     if not shutil.which("debootstrap", path=PATH):
         return "no debootstrap (examples/install_dependencies.sh test)"
     mirror = mirror_of(name)
@@ -81,7 +81,7 @@ def make_root(name, folder):
 
 
 def in_own_machine(host_name, body, suite_name, memory):
-    """Exits with the result of `body` on a machine of its own, if roots of this many bytes of memory can be made;
+    """Runs `body` on a virtual machine and exits with its result, if roots of this many bytes of memory can be made;
     otherwise prints why it is skipped."""
     reason = impediment(suite_name, memory) or own_machine.impediment()
     if reason:

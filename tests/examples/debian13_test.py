@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tests both commands of the README on a fresh Debian 13, and a build without a preset, hence with another compiler,
-Mesa and libraries. Runs only with PEELER_TEST_ALL: it installs and compiles everything, and takes as long as a short
-run."""
+"""Tests both commands of the README on a fresh Debian 13, and a build without a preset: with another compiler, Mesa and
+libraries. Runs only with PEELER_TEST_ALL, because it installs and compiles everything, which takes as long as a short
+run of the tests."""
 
 import os
 import pathlib
@@ -33,8 +33,7 @@ class Debian13(PeelerTest):
             target.parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(SOURCE / name, target)
         root.folder = "/peeler"
-        # The style check asks git for our files, and its verdict depends on the release of clang-format, so it runs
-        # only on Debian 12.
+        # The style check needs git, and depends on the release of clang-format, so it runs only on Debian 12.
         root.variables["PEELER_STYLE"] = "unchecked"
         if ASSETS.is_dir():
             pathlib.Path(root.root, "assets").mkdir()

@@ -87,7 +87,7 @@ class Stage:
             subprocess.run(["mount", "--rbind", f"/{name}", f"{root}/{name}"], check=True)
 
     def run(self, command, user=None, **options):
-        """Runs `command` in this root. The result holds its output and standard error, both in .stdout."""
+        """Runs `command` in this root. The result's stdout contains standard output and standard error."""
         words = [
             "chroot",
             *([f"--userspec={user}"] if user else []),
@@ -117,7 +117,7 @@ class Stage:
 class Builder:
     def __init__(self, base, context, scratch, replace=None):
         """`base` is the root for FROM debian:12. replace(stage, command) is called before each RUN; it returns True if
-        it did something else in place of the command."""
+        it has run a replacement for the command."""
         self.base, self.context, self.scratch = base, context, scratch
         self.replace = replace or (lambda stage, command: False)
         self.stages = {}  # from a name to its future Stage

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tests examples/Dockerfile: by checks without a build and, with PEELER_TEST_ALL, by running all of it in fresh roots
-that debootstrap makes in memory (which takes minutes)."""
+"""Tests examples/Dockerfile: checks it without a build and, with PEELER_TEST_ALL, runs all of it in fresh roots that
+debootstrap makes in memory (which takes minutes)."""
 
 import glob
 import os
@@ -133,7 +133,7 @@ class Parts(PeelerTest):
             for name in re.findall(r'(?m)^#include "(.+)"', file.read_text(encoding="utf-8")):
                 self.assertTrue((source / name).exists(), f"{file} needs {name}")
 
-        # Installs the program of this build, and everything that the other stage copies.
+        # Installs the program of this build, and all files that the other stage copies.
         prefix = str(self.scratch / "usr" / "local")
         shutil.copy(self.program, made / "peeler")
         shutil.copytree(f"{self.build}/lib/peeler", made / "lib" / "peeler", dirs_exist_ok=True)
@@ -200,7 +200,8 @@ class Dockerfile(PeelerTest):
         image = builder.build(FILE)
         self.say(f"built; {shutil.disk_usage(self.scratch).used / 1e9:.1f} GB")
 
-        # Runs it as `docker run --user` and the example at the top of the Dockerfile do.
+        # Runs the program as the example at the top of the Dockerfile does, and as with `docker run
+        # --user`.
         shutil.copy(EXAMPLES / "scenes" / "coincident.glb", f"{image.root}/work/scene.glb")
         os.chown(f"{image.root}/work", 65534, 65534)
         osmesa = ("--size", "320x180", "--backend", "osmesa")
@@ -216,7 +217,7 @@ class Dockerfile(PeelerTest):
             self.assertEqual(done.returncode, 0, done.stdout)
         self.assertIn("layers.exr: good, 6 layers", done.stdout)
 
-        # The picture is the same as one rendered outside.
+        # The picture equals one rendered outside the root.
         outside = f"{self.scratch}/outside.exr"
         self.render(f"{image.root}/work/scene.glb", "-o", outside, *osmesa)
         done = peeler("compare", f"{image.root}/work/osmesa.exr", outside)

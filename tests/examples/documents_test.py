@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tests that everything exists that documents and comments refer to: files, sections, links, pictures, options."""
+"""Tests that all files, sections, links, pictures and options exist to which documents and comments refer."""
 
 import os
 import pathlib
@@ -19,7 +19,7 @@ COMMENTED = {
 CITED = re.compile(r'(?<![\w./*-])([\w-][\w./-]*\.md)\b(?:, "([^"]+)")?')
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 LONGEST_README = 130
-# The marks of an unfinished merge.
+# The markers of an unfinished merge.
 CONFLICT = re.compile(r"^(?:<{7}|>{7}) ", re.M)
 # Options of other programs, which our documents may mention.
 FOREIGN = {"--prefix", "--version", "--help", "--cpus-per-task"}
@@ -57,7 +57,7 @@ def running_text(text):
 
 
 def dead_citations(text, root):
-    """Yields the documents and sections that the text cites and that do not exist."""
+    """Yields the cited documents and sections that do not exist."""
     for name, section in CITED.findall(running_text(text)):
         if not (root / name).is_file():
             yield f"there is no {name}"
@@ -66,7 +66,7 @@ def dead_citations(text, root):
 
 
 def dead_links(text, path):
-    """Yields the relative links of a document that lead nowhere."""
+    """Yields the relative links of a document whose targets do not exist."""
     for target in LINK.findall(without_blocks(text)):
         if re.match(r"[a-z]+:", target):
             continue

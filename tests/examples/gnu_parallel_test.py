@@ -50,7 +50,7 @@ class GnuParallel(PeelerTest):
         return done, codes
 
     def test_resume(self):
-        # A file stands in place of the folder, so the first failure ends the run.
+        # A file has the name of the output folder, so the first failure ends the run.
         self.frames.write_text("")
         done, codes = self.run_script()
         self.assertNotEqual(done.returncode, 0)
@@ -68,7 +68,7 @@ class GnuParallel(PeelerTest):
         self.render(animated_scene(), "-o", self.folder / "whole" / "walk.####.exr", *FRAMES)
         self.assertEqual(fingerprints(self.frames), fingerprints(self.folder / "whole"))
 
-        # Everything is done, so nothing runs.
+        # All frames exist, so no command runs.
         before = (self.folder / "peeler.joblog").read_bytes()
         done, _ = self.run_script()
         self.assertEqual(done.returncode, 0, done.stderr)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tests the package for a machine with a GPU (tests/gpu): its table of scenes, its reader of fragments and its
-verdicts. With PEELER_TEST_ALL, tests all of it, packed and run in a fresh root that debootstrap makes in memory, with
-only the C library and Mesa's EGL (which takes minutes)."""
+verdicts. With PEELER_TEST_ALL, packs it and runs it in a fresh root that debootstrap makes in memory, with only the C
+library and Mesa's EGL (which takes minutes)."""
 
 import os
 import pathlib
@@ -27,8 +27,7 @@ MODELS = 8  # the number of models from the asset folder
 
 # Three fragments in two pixels: pixel, Z, R, G, B, A (as bits), node, instance, triangle.
 FRAGMENTS = ((3, 1000, 50, 51, 52, 53, 1, 0, 7), (3, 2000, 60, 61, 62, 63, 1, 0, 8), (5, 3000, 1, 2, 3, 4, 2, 0, 0))
-# The same fragments as in nine moved pictures: pixel, node, instance, triangle, number of pictures, least and largest
-# Z.
+# These fragments as in nine moved pictures: pixel, node, instance, triangle, number of pictures, least and greatest Z.
 MOVED = "3 1 0 7 9 990 1010\n3 1 0 8 4 2000 2000\n4 1 0 8 5 2000 2000\n5 2 0 0 9 3000 3000\n"
 HALF = 14336  # 0.5 as a half float
 
@@ -39,8 +38,8 @@ def changed(column, by, row=0):
     return rows
 
 
-# Each verdict: the other fragments; how many are equal, differ in depth, differ in colour, lie at edges, and exceed all
-# limits; whether the comparison passes.
+# Each row: the fragments to compare; how many are equal, differ in depth, differ in colour, lie at edges, and exceed
+# all limits; whether the comparison passes.
 VERDICTS = (
     (FRAGMENTS, (3, 0, 0, 0, 0), True),
     (FRAGMENTS[::-1], (3, 0, 0, 0, 0), True),

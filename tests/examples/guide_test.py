@@ -24,7 +24,7 @@ RUN, NO_RUN, PRINTED = "sh", "sh no-run: ", "text"
 INDENTED = re.compile(r"(?: {4,}|\t)(?:\$ )?(?:peeler|sh|python3|cmake|docker|mkdir) ")
 # The chosen renderer and its times depend on the machine.
 OF_THE_MACHINE = re.compile(r"peeler: (no GPU can be used, so .*|[a-z]+ +\d+ %)")
-# With a sanitizer, the memory need and its first use differ from the product's.
+# With a sanitizer, memory need and first use are not those of the product.
 OF_A_SANITIZER = "the memory budget is" if os.environ.get("PEELER_SANITIZE") else None
 
 
@@ -37,13 +37,13 @@ class Block:
     text: str
 
     def commands(self):
-        """Returns the number of commands: comments do not count, and continued lines count once."""
+        """Returns the number of commands. Comments do not count; continued lines count once."""
         joined = self.text.replace("\\\n", "")
         return sum(1 for line in joined.splitlines() if line and not line.lstrip().startswith("#"))
 
 
 class Wrong(Exception):
-    """A document breaks the format that this test requires."""
+    """A violation of the document format that this test requires."""
 
 
 def blocks(text):
@@ -80,7 +80,7 @@ def printed(text):
 
 
 def pattern(expected):
-    """Returns the regular expression for a text block: an ellipsis matches anything within its line; alone on a line,
+    """Returns the regular expression for a text block. An ellipsis matches anything within its line; alone on a line,
     it matches any lines."""
     lines = []
     for line in expected.splitlines():
@@ -101,7 +101,7 @@ def first_difference(expected, output):
 
 
 def left_out(found):
-    """Returns one line per reason, with the number of commands that were left out for it."""
+    """Returns one line per reason, with the number of commands left out."""
     counts = collections.Counter()
     for block in found:
         if block.language.startswith(NO_RUN):
@@ -127,7 +127,7 @@ class Commands(unittest.TestCase):
         programs.mkdir()
         (programs / "peeler").symlink_to(shutil.which(PEELER))
         (programs / "python3").symlink_to("/usr/bin/python3")  # Debian's Python, which has numpy
-        # Commands work on a copy, because they may write there.
+        # Commands run on a copy, because they may write to the folder.
         shutil.copytree(SOURCE / "examples", self.folder / "examples")
         self.environment = {
             key: value
@@ -160,7 +160,7 @@ class Commands(unittest.TestCase):
 
     def run_document(self, path):
         found = blocks(path.read_text(encoding="utf-8"))
-        # The count is printed first because ctest keeps only the beginning of a long output.
+        # Prints the count first, because ctest keeps only the beginning of a long output.
         print(left_out(found), flush=True)
         for block, after in zip(found, [*found[1:], None]):
             if block.language != RUN:

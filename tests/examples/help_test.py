@@ -11,7 +11,7 @@ import unittest
 
 from peeler_command import EXAMPLES, PEELER, main, peeler
 
-# Options that make an example fast without changing its subject; if an option is repeated, its last value counts.
+# Options that make an example faster without changing its purpose. If an option is repeated, its last value counts.
 QUICK = {
     "render": "--size 64x36 --samples 1",
     "rays": "--resolution 32",

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tests examples/library as a stranger would use it: with an installed library, another compiler, and without our
-source tree."""
+"""Tests examples/library from a user's view: with an installed library, another compiler, and without our source
+tree."""
 
 import os
 import pathlib
@@ -14,7 +14,7 @@ from peeler_command import EXAMPLES, PEELER, PeelerTest, main, peeler, skip
 BUILD = pathlib.Path(os.environ.get("PEELER_BUILD", pathlib.Path(PEELER).parent))
 SCENE = EXAMPLES / "scenes" / "engine.glb"
 PUBLIC = EXAMPLES.parent / "cmd" / "library" / "include"
-# Neither a client nor the library is to blame for leaks in drivers.
+# Leaks in drivers are not errors of the client or the library.
 os.environ["LSAN_OPTIONS"] = f"suppressions={EXAMPLES.parent}/tests/sanitizers/leaks.txt:print_suppressions=0"
 
 
@@ -38,7 +38,8 @@ class Library(PeelerTest):
         cls.libraries = next(cls.prefix.rglob("libpeeler.so")).parent
         shutil.copytree(EXAMPLES / "library", cls.home / "example")
         cls.built = cls.home / "built"
-        # A client with a sanitizer also covers the inline code of the headers, and the data that the client receives.
+        # With a sanitizer in the client, the test also covers the headers' inline code and the data that the client
+        # receives.
         cls.configured = run(
             "cmake", "-S", cls.home / "example", "-B", cls.built,
             f"-DCMAKE_PREFIX_PATH={cls.prefix}", "-DCMAKE_BUILD_TYPE=Debug",

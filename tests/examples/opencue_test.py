@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tests examples/opencue/peeler_outline.py by running every command line that it submits.
 
-Debian has no PyOutline, so a module that records its arguments takes its place."""
+Debian has no PyOutline, so the test replaces it by a module that records its arguments.
+"""
 
 import os
 import pathlib
@@ -43,7 +44,7 @@ def submitted(*arguments):
     launched = []
 
     def launch(job, use_pycuerun=True):
-        # With pycuerun, Cuebot would see the command line of pycuerun, which lacks #FRAMESPEC#.
+        # With pycuerun, Cuebot would get the command line of pycuerun, which has no #FRAMESPEC#.
         assert not use_pycuerun
         launched.append(job)
 
@@ -131,7 +132,7 @@ class OpenCue(PeelerTest):
         )
         for line in lines:
             print(line)
-            # RQD writes the line to a file and runs it with a shell, in any folder.
+            # RQD writes the line to a file, and runs the file with a shell in any folder.
             (self.folder / "rqd-cmd").write_text(line)
             done = subprocess.run(
                 ["sh", str(self.folder / "rqd-cmd")],

@@ -2,14 +2,15 @@
 """Expands an Open Job Description template as a render manager does: into steps, tasks and command lines.
 
 Supports the part of "Template Schemas [Version: 2023-09]" (OpenJobDescription/openjd-specifications, wiki) that
-examples/openjd uses, and rejects the rest. Section numbers of that document stand in square brackets."""
+examples/openjd uses, and rejects the rest. Square brackets give section numbers of that document.
+"""
 
 import os
 import re
 
 import yaml
 
-# The names that each kind of object may have; names with * are required.
+# The allowed names of each kind of object; names with * are required.
 OBJECTS = {
     # the template itself [1.1]
     "template": "specificationVersion* extensions name* description parameterDefinitions steps*",
@@ -96,7 +97,7 @@ def range_expression(values):
 
 
 def chunked(values, size):
-    """Splits the values into the fewest chunks with at most `size` values each, as evenly as possible."""
+    """Splits the values into the fewest chunks of at most `size` values, as evenly as possible."""
     require(size >= 1, "chunks of nothing")
     count = -(-len(values) // size)
     sizes = [len(values) // count + (i < len(values) % count) for i in range(count)]
@@ -136,7 +137,7 @@ class Job:
                 )
 
     def tasks(self, step):
-        """Returns [{name of a task parameter: its value}], with one element per run of the step's action."""
+        """Returns [{name of a task parameter: its value}], one element per run of the step's action."""
         if "parameterSpace" not in step:
             return [{}]
         definitions = check("space", step["parameterSpace"])["taskParameterDefinitions"]
@@ -154,8 +155,7 @@ class Job:
         return [{definition["name"]: range_expression(chunk)} for chunk in chunked(values, size)]
 
     def command(self, step, task, session):
-        """Returns the command line of a task that is run in the folder `session`, and writes the embedded files
-        there."""
+        """Returns the command line of a task that runs in the folder `session`, and writes the embedded files there."""
         script = check("script", step["script"])
         values = {**self.values, "Session.WorkingDirectory": session}
         for name, value in task.items():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tests examples/openjd/peeler.yaml by running every command line that it gives."""
+"""Tests examples/openjd/peeler.yaml by running every command line of its expansion."""
 
 import importlib.util
 import os
@@ -105,7 +105,7 @@ class OpenJD(PeelerTest):
             fingerprints(self.folder / "the frames"), fingerprints(self.folder / "whole")
         )
 
-        # Progress messages follow "How Jobs Are Run", Stdout/Stderr Messages.
+        # Progress messages follow "How Jobs Are Run", section "Stdout/Stderr Messages".
         for _, text in self.lines[:-1]:
             progress = [
                 float(n) for n in re.findall(r"^openjd_progress: (\d+(?:\.\d+)?)$", text, re.M)

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Gives a test a virtual machine: processes, network, host name and mounts of its own.
+"""Runs a test on a virtual machine: with processes, network, host name and mounts of its own.
 
-The test's daemons see no other processes, and nothing of them outlives the test: when the first process of a PID
-namespace ends, for any reason, the kernel ends all the others, and a tmpfs disappears with the last process of its
-mount namespace (namespaces(7), pid_namespaces(7)). Needs root on Linux."""
+The test's daemons see no other processes, and none of their processes or files outlive the test: when the first process
+of a PID namespace ends, for any reason, the kernel ends all the others, and a tmpfs disappears with the last process of
+its mount namespace (namespaces(7), pid_namespaces(7)). Needs root on Linux.
+"""
 
 import ctypes
 import fcntl
@@ -13,18 +14,18 @@ import socket
 import struct
 import sys
 
-# These constants come from linux/sched.h, linux/mount.h, linux/prctl.h, linux/sockios.h and linux/if.h.
+# Constants from linux/sched.h, linux/mount.h, linux/prctl.h, linux/sockios.h and linux/if.h.
 CLONE_NEWNS, CLONE_NEWUTS, CLONE_NEWIPC = 0x00020000, 0x04000000, 0x08000000
 CLONE_NEWPID, CLONE_NEWNET = 0x20000000, 0x40000000
 MS_BIND, MS_REC, MS_PRIVATE = 0x1000, 0x4000, 0x40000
 PR_SET_PDEATHSIG = 1
 SIOCSIFADDR, SIOCGIFFLAGS, SIOCSIFFLAGS, IFF_UP = 0x8916, 0x8913, 0x8914, 1
 
-# A folder that every Linux has; the test's own tmpfs is mounted there.
+# A folder that exists on every Linux. The test's own tmpfs is mounted on it.
 SCRATCH = "/dev/shm"
 
-# An address besides 127.0.0.1. Slurm calls getaddrinfo() with AI_ADDRCONFIG, which finds nothing on a machine that has
-# only 127.0.0.1.
+# An additional address. Slurm calls getaddrinfo() with AI_ADDRCONFIG, which finds no address on a machine that has only
+# 127.0.0.1.
 ADDRESS = "10.0.0.1"
 
 libc = ctypes.CDLL(None, use_errno=True)
@@ -49,7 +50,7 @@ def mount(source, target, kind, flags=0, data=""):
 
 
 def impediment():
-    """Returns why run() would fail here; nothing if it would work."""
+    """Returns the reason why run() would fail here; nothing if it would succeed."""
     if os.geteuid() != 0:
         return "namespaces need root"
     child = os.fork()
@@ -91,7 +92,7 @@ def run(host_name, body, network=True):
             if network:
                 bring_up_loopback()
             code = body()
-        except BaseException:  # whatever happened, this process must not go on as a second test
+        except BaseException:  # in any case, this process must not continue as a second test
             sys.excepthook(*sys.exc_info())
         finally:
             sys.stdout.flush()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tests the cleanup of own_machine: nothing is left of a test's machine, however the test ends."""
+"""Tests the cleanup of own_machine: no process or file of a test remains, however the test ends."""
 
 import os
 import pathlib
@@ -11,7 +11,7 @@ import time
 import own_machine
 from peeler_command import PeelerTest, main, skip
 
-# A test that starts a daemon without a parent to wait for it, and writes a file into the machine's memory.
+# A test that starts an orphaned daemon, and writes a file into the virtual machine's memory.
 TEST = """
 import os, subprocess, time, own_machine
 def body():

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tests the Debian packages and the archive (cmd/packages): the contents of this build's packages and, with
-PEELER_TEST_ALL, all packages: built, checked by lintian, and used in fresh roots that debootstrap makes in memory
-(which takes minutes). $PEELER_PACKAGES may name a folder of finished packages."""
+"""Tests the Debian packages and the archive (cmd/packages). Checks the contents of this build's packages. With
+PEELER_TEST_ALL, builds all packages, checks them by lintian, and uses them in fresh roots that debootstrap makes in
+memory (which takes minutes). $PEELER_PACKAGES may name a folder of finished packages."""
 
 import json
 import os
@@ -26,7 +26,7 @@ BUILD = pathlib.Path(shutil.which(PEELER) or PEELER).resolve().parent
 TOOLS = ("cpack", "dpkg-deb", "dpkg-shlibdeps", "file")
 SCENE = "coincident.glb"
 RENDER = ("render", SCENE, "-o", "layers.exr", "--size", "320x180", "--quiet")
-# Commands that load modules on demand: the first OpenImageIO, the second OpenVDB.
+# Commands that load modules on demand: the first loads OpenImageIO, the second OpenVDB.
 MORE = (
     ("flatten", "layers.exr", "-o", "composite.tif", "--quiet"),
     ("rays", SCENE, "-o", "inside.vdb", "--voxels", "16", "--quiet"),
@@ -104,7 +104,7 @@ class Parts(PeelerTest):
         self.assertGreater(len(pages), 10)
         self.assertEqual(pages - files, set())
         for page in (self.scratch / "peeler/usr/share/man/man1").iterdir():
-            # The gzip header holds no name and no time (RFC 1952), so that the same page gives the same file.
+            # The gzip header has no name and no time (RFC 1952), so the same page gives the same file.
             head = page.read_bytes()[:8]
             self.assertEqual((head[3], head[4:8]), (0, bytes(4)), page)
         for file in (
@@ -150,7 +150,7 @@ class Parts(PeelerTest):
         self.assertRegex(
             run("dpkg-deb", "-I", self.packages["libpeeler0"], "shlibs"), r"^libpeeler 0 libpeeler0 \(>="
         )
-        # The installed file finds its own prefix.
+        # The installed file refers to its own prefix.
         (config,) = (self.scratch / "libpeeler-dev").rglob("peeler.pc")
         prefix = re.search(r"^prefix=\$\{pcfiledir\}/(.*)$", config.read_text(), re.M)[1]
         usr = self.scratch / "libpeeler-dev" / "usr"
@@ -169,7 +169,7 @@ make_stand_ins("^libpeelerunused" "^nothing$" {folder}/here {folder}/here/libuse
 
 
 class StandIns(PeelerTest):
-    """cmd/packages/stand_ins.cmake: stand-ins with the symbols of a missing library."""
+    """Tests cmd/packages/stand_ins.cmake, which makes stand-ins with the symbols of a missing library."""
 
     def test_loads_and_ends_when_called(self):
         scratch = tempfile.TemporaryDirectory()
@@ -226,7 +226,7 @@ class Roots(PeelerTest):
         cls.scratch = own_machine.SCRATCH
         own_machine.mount("none", cls.scratch, "tmpfs", data=f"size={int(NEEDED)}")
         cls.say(f"a root of {debian.make_root(debian.suite(), f'{cls.scratch}/base')}")
-        # The program in the build folder makes the expected files.
+        # The program in the build folder renders the expected files.
         cls.expected = pathlib.Path(cls.scratch, "expected")
         cls.expected.mkdir()
         shutil.copy(EXAMPLES / "scenes" / SCENE, cls.expected)
@@ -238,7 +238,7 @@ class Roots(PeelerTest):
         print(f"{time.monotonic() - cls.started:6.1f} s  {what}", flush=True)
 
     def root(self, name, *packages):
-        """Returns a fresh root that has these packages installed, and all of ours in /packages."""
+        """Returns a fresh root with these packages installed, and all of ours in /packages."""
         root = dockerfile.Stage(f"{self.scratch}/base", f"{self.scratch}/{name}")
         self.addCleanup(self.remove, root)
         root.variables |= {"LC_ALL": "C.UTF-8", "DEBIAN_FRONTEND": "noninteractive"}
@@ -312,7 +312,7 @@ class Roots(PeelerTest):
         self.run_in(root, "apt-get", "purge", "-y", "-qq", "--auto-remove", *self.packages)
         left = [file for file in brought if os.path.lexists(root.root + file)]
         self.assertEqual(left, [])
-        # Nothing that was generated from the packages remains.
+        # No generated file remains.
         found = self.run_in(root, "find", "/usr", "/etc", "/var", "/opt", "/root", "-name", "*peeler*")
         self.assertEqual(found, "")
 

@@ -15,7 +15,7 @@ SKIPPED = 77  # SKIP_RETURN_CODE of ctest
 
 
 def animated_scene():
-    """Returns a real walking model if the model collections exist; otherwise our own swimming one."""
+    """Returns a real walking model if the model collections exist; otherwise a swimming one from our examples."""
     assets = pathlib.Path(os.environ.get("PEELER_ASSETS") or SOURCE.parent / "shared" / "assets")
     model = assets / "gltf-sample-assets" / "CesiumMan" / "glTF-Binary" / "CesiumMan.glb"
     if model.is_file():
@@ -51,7 +51,7 @@ class PeelerTest(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
     def assert_nothing_else(self, folder, count):
-        """Expects `count` files and nothing else, such as temporary files."""
+        """Expects `count` files, and no others, such as temporary files."""
         self.assertEqual(len(os.listdir(folder)), count, os.listdir(folder))
 
 

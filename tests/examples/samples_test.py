@@ -35,8 +35,8 @@ class Samples(PeelerTest):
         return json.loads(done.stdout)
 
     def test_lari(self):
-        """A sample is as formats/README.md, "Samples for LaRI and X-Ray" says: a picture, depths of layers, and a pose,
-        for a model in the unit cube and a focal length of 35/32 of the width."""
+        """Tests the description in formats/README.md, "Samples for LaRI and X-Ray": a picture, depths of layers, and a
+        pose, for a model in the unit cube and a focal length of 35/32 of the width."""
         self.made(*SCENES, "-o", self.folder / "{stem}_@@@.png", "--preset", "lari", "--views", VIEWS, "--size",
                   "96x96")
         for scene in SCENES:
@@ -48,7 +48,7 @@ class Samples(PeelerTest):
                 self.assertEqual((picture.shape, layers.shape, pose.shape), ((96, 96, 4), (96, 96, 15), (3, 4)))
                 self.assertEqual(layers.dtype, np.float16)
                 there = layers != -1
-                # This is LaRI's own check, with a threshold of 0: the picture's mask equals that of the first layer.
+                # LaRI's own check, with a threshold of 0: the picture's mask equals that of the first layer.
                 np.testing.assert_array_equal(picture[..., :3].sum(-1) > 0, there[..., 0])
                 np.testing.assert_array_equal(picture[..., 3] > 0, there[..., 0])
                 self.assertTrue(np.all(there[..., 1:] <= there[..., :-1]))
@@ -63,7 +63,7 @@ class Samples(PeelerTest):
                 self.assertLess(np.abs(world).max(), 0.5 + 2e-3)
 
     def test_planes_are_those_of_the_lists(self):
-        """Holds for every view, and for rays without GL."""
+        """Tests every view, and rays without GL."""
         shared = ("--views", VIEWS, "--size", "80x60", "--channels", "position,normal,facing,id")
         self.made(SCENES[1], "-o", self.folder / "list@.npz", *shared)
         self.made(SCENES[1], "-o", self.folder / "plane@.npz", *shared, "--dense", 4)

@@ -104,8 +104,8 @@ class Cluster:
         return done.stdout
 
     def tasks(self, job):
-        """Returns the fields that scontrol reports for every task of a job (for the job itself if it is not an
-        array)."""
+        """Returns the fields that scontrol reports for every task of a job; for the job itself if it is not an
+        array."""
         text = self.ask("scontrol", "show", "job", "--oneliner", job)
         return [dict(re.findall(r"(\w+)=(\S*)", line)) for line in text.splitlines()]
 
@@ -116,7 +116,7 @@ class Cluster:
         return self.tasks(job)
 
     def state(self):
-        """Returns a text about the cluster's state, for the report of a failure."""
+        """Returns a text about the cluster's state, for failure reports."""
         text = self.ask("squeue", check=False) + self.ask("sinfo", check=False)
         for name in sorted(os.listdir(self.folder)):
             if name.endswith((".log", ".out")):

@@ -34,7 +34,7 @@ SHARE = FRAMES // TASKS
 
 
 def running_peelers():
-    """Returns {process id: the number of its task; 0 outside an array} for the running peelers."""
+    """Returns {process id: its task number; 0 outside an array} for the running peelers."""
     found = {}
     for entry in os.listdir("/proc"):
         try:
@@ -69,8 +69,8 @@ class Slurm(PeelerTest):
         cls.scene = animated_scene()
         if not ALL:
             return
-        # This job waits while the other tests run, because Slurm checks the clock only every 30 seconds; sleep stands
-        # in for a slow peeler.
+        # This job runs during the other tests, because Slurm checks time limits only every 30 seconds. sleep replaces a
+        # slow peeler.
         cls.late_log = cls.scratch / "late.log"
         cls.late = cls.sbatch(
             "300", PEELER="sleep", SBATCH_TIMELIMIT="1", SBATCH_OUTPUT=str(cls.late_log)
@@ -108,9 +108,9 @@ class Slurm(PeelerTest):
         )
 
     def disturb(self, folder, job):
-        """Kills one task (SIGKILL), and stops another as its time limit would (SIGTERM to the script), each when it has
-        done some but not all of its frames. Returns {task: its finished frames and their times}, and the maximum number
-        of tasks running at once."""
+        """Kills one task (SIGKILL), and stops another as its time limit would (SIGTERM to the script), each after some
+        but not all of its frames. Returns {task: its finished frames and their times}, and the maximum number of tasks
+        running at once."""
         signals, done, most = [signal.SIGKILL, signal.SIGTERM], {}, 0
         end = time.monotonic() + slurm_cluster.ENDLESS
         while signals and len(list(folder.glob("walk.*"))) < FRAMES and time.monotonic() < end:
@@ -256,8 +256,8 @@ class Slurm(PeelerTest):
         # Without more memory, a retry would fail as well.
         self.assertEqual(ends["memory"], ("33:0", "0"), logs["memory"].read_text())
         self.assertIn("give it more memory", logs["memory"].read_text())
-        # There is no GPU here, but there may be one on another machine or later, so the job is retried, but not for
-        # ever.
+        # This machine has no GPU, but another machine may have one, or this one later. So the job is requeued, but not
+        # forever.
         if ends["gpu"] == ("0:0", "0"):
             self.skipTest("this machine has a GPU: no exit code 5")
         self.assertEqual(ends["gpu"], ("5:0", "1"), logs["gpu"].read_text())
@@ -275,7 +275,7 @@ class Slurm(PeelerTest):
         self.assertEqual(self.cluster.tasks(job)[0]["Restarts"], "0")
 
     @unittest.skipUnless(ALL, "takes a minute; with PEELER_TEST_ALL")
-    def test_warned_before_its_time_is_up(self):  # the last one
+    def test_warned_before_its_time_is_up(self):  # must run last
         text = ""
 
         def told_what():

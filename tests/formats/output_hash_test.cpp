@@ -20,7 +20,7 @@ constexpr const char* kHash = "0123456789abcdef";
 
 class EachFormat : public testing::TestWithParam<OutputFormat> {
   protected:
-    /// Writes a file of the format whose output hash is kHash; returns the path.
+    /// Writes a file of the format with the output hash kHash. Returns the path.
     std::string write(OutputOptions options = {}) const {
         const OutputFormat& format = GetParam();
         const std::string path = scratch_ / ("out" + std::string(format.extensions.front()));

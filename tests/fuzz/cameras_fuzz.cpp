@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fuzz target for camera files of every format. The input holds the format, the convention, and
-// then the files of the format, separated by kBetween.
+// Fuzz target for camera files of every format. The input has the format, the convention, and then
+// the files of the format, separated by kBetween.
 #include <array>
 #include <iterator>
 
@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::string_view kBetween = "%%%%";
 
-/// The file names of a format, and the name that is passed to the reader ("" passes their folder).
+/// The file names of a format, and the name passed to the reader. "" passes the folder.
 struct CameraFiles {
     std::array<std::string_view, 3> files;
     std::string_view named;
@@ -30,7 +30,7 @@ constexpr CameraFiles kCameraFiles[] = {
     {{"views.jsonl", "", ""}, "views.jsonl"},
 };
 
-/// Removes the bytes up to and including the mark from the input; returns the bytes before the
+/// Removes the bytes up to the mark, and the mark, from the input. Returns the bytes before the
 /// mark.
 Input takePart(Input& bytes) {
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fuzz target for Draco data. Decodes as peeler_decode does, but in this process:
-// formats/modules/draco_decoder.cpp is linked in with another name for its main function, and this
-// file replaces the functions of helper_main.cpp.
+// Fuzz target for Draco data. Decodes like peeler_decode, but in this process: it links
+// formats/modules/draco_decoder.cpp with another name for its main function, and this file replaces
+// the functions of helper_main.cpp.
 //
-// The input holds the number of requested attributes, the id, type and components of each, and then
+// The input has the number of requested attributes; the id, type and components of each; and then
 // the data.
 #include <array>
 
@@ -58,7 +58,7 @@ void takeDraco(Input input) {
     try {
         work(request, result);
     } catch (const std::bad_alloc&) {
-        // helper_main.cpp would report this as an error.
+        // helper_main.cpp would report an error here.
     }
 }
 

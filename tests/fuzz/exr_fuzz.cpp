@@ -11,7 +11,7 @@
 namespace peeler::fuzz {
 namespace {
 
-/// Returns the top rows of a picture, as many as fit into a small amount of memory.
+/// Returns the top rows of a picture, as many as fit into little memory.
 Window topOf(const LayeredInput& input) {
     Window window = input.info().plan.view.crop;
     window.y1 = std::min(window.y1, window.y0 + input.rowsFor(std::uint64_t{1} << 24));

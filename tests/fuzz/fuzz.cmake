@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-# Each fuzz target is a libFuzzer program with preset fuzz (target `fuzzers`); otherwise all of them are in one program
+# With preset fuzz, each fuzz target is a libFuzzer program (target `fuzzers`); otherwise all targets are in one program
 # of regression tests. See tests/README.md, "Fuzzing".
 file(GLOB fuzz_targets CONFIGURE_DEPENDS fuzz/*_fuzz.cpp)
 file(GLOB fuzz_seeds CONFIGURE_DEPENDS fuzz/*_seeds.cpp)
-# The code of peeler_decode becomes a function here.
+# The main function of peeler_decode becomes an ordinary function here.
 set(draco_in_process ${PROJECT_SOURCE_DIR}/formats/modules/draco_decoder.cpp)
 set_source_files_properties(${draco_in_process} PROPERTIES
     COMPILE_DEFINITIONS main=dracoDecoderMain SKIP_UNITY_BUILD_INCLUSION ON)
 # The linker must see this library before libdraco.so, which exports a tinygltf of its own with another layout (as in
-# unit_tests); the archive, which has the symbols needed here, comes later.
+# unit_tests). The archive, which has the symbols needed here, comes later.
 set(fuzz_libraries -Wl,--push-state,--no-as-needed,${TINYGLTF_LIBRARY},--pop-state draco::draco
     OpenEXR::OpenEXR meshoptimizer::meshoptimizer ${DEFLATE_LIBRARY} ${ZSTD_LIBRARY})
 
@@ -20,7 +20,7 @@ if(NOT PEELER_SANITIZE MATCHES "fuzzer")
     return()
 endif()
 
-# The fuzzers run little of the command line's code, but all of it takes long to compile.
+# Optimised for compile time: the fuzzers run little of the command line's code.
 target_compile_options(peeler_cmd PRIVATE -O1 -gline-tables-only)
 
 # peeler_fuzz_program(NAME SOURCES...)
@@ -30,7 +30,7 @@ function(peeler_fuzz_program name)
         ${fuzz_libraries})
     target_include_directories(${name} PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
     target_link_options(${name} PRIVATE -Wl,--as-needed)
-    # Modules count coverage too, by calling functions of the program.
+    # Modules count coverage, too, through functions of the program.
     set_target_properties(${name} PROPERTIES UNITY_BUILD OFF ENABLE_EXPORTS ON)
 endfunction()
 

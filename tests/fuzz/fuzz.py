@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs fuzz targets for so long each, as many at once as there are processors, and says what came of it.
+"""Runs fuzz targets for a given time each, as many at once as there are processors, and prints the results.
 
     python3 tests/fuzz/fuzz.py BUILD_FOLDER [TARGET|all] [SECONDS]
 
-A target begins with its seeds (write_seeds), with tests/fuzz/corpus/TARGET, and with what earlier runs
-have collected in BUILD_FOLDER/corpus/TARGET; what it finds goes to BUILD_FOLDER/findings/TARGET, what it says
-to BUILD_FOLDER/logs/TARGET.txt. Exits with 1 if there is a finding."""
+A target starts with its seeds (write_seeds), with tests/fuzz/corpus/TARGET, and with the inputs that earlier runs
+collected in BUILD_FOLDER/corpus/TARGET. Findings are written to BUILD_FOLDER/findings/TARGET, and the output to
+BUILD_FOLDER/logs/TARGET.txt. Exits with 1 if there is a finding.
+"""
 
 import concurrent.futures
 import os
@@ -17,11 +18,11 @@ import tempfile
 
 SOURCE = pathlib.Path(__file__).resolve().parent
 SECONDS = 60
-# Limits for one input, in seconds and megabytes; exceeding them counts as a finding.
+# Limits for one input, in seconds and megabytes. An input that exceeds them is a finding.
 LIMITS = ["-timeout=10", "-rss_limit_mb=2048"]
 MOST_BYTES = 16384  # the maximum size of an input
-# Libraries allocate tens of megabytes for a small picture. This option clears the sanitizer's shadow memory by writing
-# zeros instead of mapping new pages, which took half the time of `image` and `round_trip`.
+# Libraries allocate tens of megabytes for a small picture. With this option, the sanitizer clears its shadow memory by
+# writing zeros. Mapping new pages instead took half the time of `image` and `round_trip`.
 SHADOW = "clear_shadow_mmap_threshold=67108864"
 # LeakSanitizer crashes when the libraries of OpenImageIO have started threads.
 NO_LEAKS = "detect_leaks=0"
@@ -39,8 +40,8 @@ def run(build, target, seconds, scratch):
     begins = [corpus, build / "seeds" / target, SOURCE / "corpus" / target]
     dictionary = SOURCE / f"{target}.dict"
     command = [build / "tests" / f"{target}_fuzz", f"-max_total_time={seconds}", *LIMITS]
-    # Without value profiles: with them, libFuzzer spends most of its time on the frequencies of their features, and
-    # after a quarter of an hour `grammar` makes 62 executions per second instead of a thousand.
+    # No value profiles: with them, libFuzzer spends most of its time on the frequencies of their features; after a
+    # quarter of an hour, `grammar` makes 62 executions per second instead of a thousand.
     command += [f"-max_len={MOST_BYTES}", "-print_final_stats=1"]
     command += [f"-artifact_prefix={findings}/"]
     command += [f"-dict={dictionary}"] if dictionary.exists() else []

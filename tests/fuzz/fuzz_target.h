@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parts shared by the fuzz targets: their declaration, and how to make files and numbers from
-// bytes.
+// Parts shared by the fuzz targets: their declaration, and functions that make files and numbers
+// from bytes.
 #pragma once
 
 #include <algorithm>
@@ -20,8 +20,8 @@ namespace peeler::fuzz {
 
 using Input = std::span<const std::uint8_t>;
 
-/// A function that takes any bytes. It may throw Error, which is how input is normally rejected; if
-/// it ends in any other way, that is a finding.
+/// A function that accepts any bytes. It may throw Error, which is the normal rejection of input;
+/// any other failure is a finding.
 struct Target {
     const char* name;
     void (*take)(Input);
@@ -30,8 +30,7 @@ struct Target {
 /// Returns all targets linked into the program, in no particular order.
 std::vector<Target>& targets();
 
-/// Runs `work`, and rethrows only findings: exceptions other than Error, and Errors that declare
-/// themselves a bug.
+/// Runs `work`. Rethrows only findings: exceptions other than Error, and Errors that report a bug.
 template <class Work>
 void attempt(Work&& work) {
     try {
@@ -41,7 +40,7 @@ void attempt(Work&& work) {
     }
 }
 
-/// Returns the path of a file with this name and these bytes, in a folder that is removed when this
+/// Returns the path of a new file with this name and these bytes. Its folder is removed when this
 /// process ends.
 std::string fileOf(std::string_view name, Input bytes);
 std::filesystem::path scratchFolder();
@@ -50,7 +49,7 @@ inline std::string textOf(Input bytes) {
     return {bytes.begin(), bytes.end()};
 }
 
-/// Takes numbers from the beginning of the bytes; when they are used up, every number is 0.
+/// Takes numbers from the beginning of the bytes. At the end of the bytes, every number is 0.
 class Taker {
   public:
     explicit Taker(Input bytes) : bytes_(bytes) {}
@@ -64,7 +63,7 @@ class Taker {
         bytes_ = bytes_.subspan(size);
         return value;
     }
-    /// Returns a number from 0 to `count` − 1, made from one byte.
+    /// Returns a number from 0 to `count` − 1, from one byte.
     std::size_t below(std::size_t count) { return take<std::uint8_t>() % count; }
     bool flip() { return below(2) == 1; }
     Input rest() const { return bytes_; }
@@ -75,8 +74,8 @@ class Taker {
 
 }  // namespace peeler::fuzz
 
-// A libFuzzer program has one target and, because inputs are small and findings must be
-// reproducible, one thread. The regression tests have all targets in a table.
+// A libFuzzer program has one target, and a single thread, because inputs are small and findings
+// must be reproducible. The regression tests have all targets in a table.
 #ifdef PEELER_LIBFUZZER
 #include <peeler/work.h>
 #include "formats/image/image_library.h"

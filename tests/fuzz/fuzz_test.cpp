@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs every fuzz target on its seeds, on mutations of them, and on earlier findings, as a plain
-// test without libFuzzer.
+// Runs every fuzz target on its seeds, on mutations of the seeds, and on earlier findings, as a
+// plain test without libFuzzer.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Mutates inputs in ways that imitate damage, editors and bad exporters. A seed always gives the
+/// Mutates inputs in ways that imitate damage, editors and bad exporters. The same seed gives the
 /// same mutations.
 class Mutator {
   public:
@@ -66,7 +66,7 @@ class Mutator {
         }
     }
 
-    /// Overwrites bytes with a number that tests limits, signs and sizes.
+    /// Overwrites bytes with a number that is critical for limits, signs or sizes.
     void overwrite(fuzz::SeedBytes& bytes, std::size_t at) {
         static constexpr std::array<std::uint64_t, 8> kNumbers = {
             0, 1, 0x7F, 0xFF, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFF, ~std::uint64_t{0}};
@@ -105,7 +105,7 @@ TEST_P(Fuzz, TakesItsSeeds) {
 
 TEST_P(Fuzz, TakesMutationsOfItsSeeds) {
     const char* const given = std::getenv("PEELER_TEST_SEED");
-    // The short run decides whether a change is merged, so its seed is fixed.
+    // The short run decides whether a change is merged, so it must be repeatable.
     const std::uint64_t seed = given                ? std::stoull(given)
                                : test::exhaustive() ? std::random_device{}()
                                                     : 1;
@@ -120,7 +120,7 @@ TEST_P(Fuzz, TakesMutationsOfItsSeeds) {
 
 TEST_P(Fuzz, TakesWhatItOnceFound) {
     const fs::path folder = test::sourceDir() / "tests/fuzz/corpus" / GetParam().name;
-    if (!fs::exists(folder)) return;  // nothing was ever found
+    if (!fs::exists(folder)) return;  // no findings so far
     for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
         SCOPED_TRACE(entry.path().string());
         const std::string bytes = test::bytesOf(entry.path());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fuzz target for glTF: makes a .gltf or .glb into a scene, poses the scene, and packs the file
-// with additions.
+// Fuzz target for glTF: reads a .gltf or .glb as a scene, poses the scene, and packs the file with
+// additions.
 #include "core/scene/posed_scene.h"
 #include "formats/gltf/glb_writer.h"
 #include "formats/gltf/gltf_reader.h"

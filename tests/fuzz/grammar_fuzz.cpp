@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fuzz target for values on the command line: cameras, frames, numbers, and names with placeholders
-// for numbers; also for the JSON camera that files contain. The input holds the kind of value, then
-// the text.
+// Fuzz target for values on the command line (cameras, frames, numbers, and names with placeholders
+// for numbers) and for the JSON camera in files. The input has the kind of value, then the text.
 #include <iterator>
 #include <sstream>
 
@@ -36,7 +35,7 @@ void takeCameraWords(const std::string& text) {
     if (view.projection.perspective) intrinsicsOf(view);
 }
 
-/// Expects a file's camera to be the same after it was written again.
+/// Expects a file's camera to be the same after writing it again.
 void takeCameraJson(const std::string& text) {
     const std::string again = cameraJson(viewFromJson(text));
     if (cameraJson(viewFromJson(again)) != again)

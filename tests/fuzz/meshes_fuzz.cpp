@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fuzz target for meshes: makes a PLY, an STL, arrays, or an OBJ (which may name itself as its
-// material library) into a scene.
+// Fuzz target for meshes: reads a PLY, an STL, arrays, or an OBJ as a scene. The OBJ may name
+// itself as its material library.
 #include "core/scene/posed_scene.h"
 #include "formats/gltf/glb_writer.h"
 #include "formats/gltf/gltf_reader.h"

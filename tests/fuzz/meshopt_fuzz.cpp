@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fuzz target for compressed streams of EXT_meshopt_compression. The input holds the mode, filter,
+// Fuzz target for compressed streams of EXT_meshopt_compression. The input has the mode, filter,
 // stride and count (two bytes), then the stream.
 #include <array>
 

@@ -22,8 +22,8 @@ void require(bool holds, const char* what) {
     if (!holds) throw std::logic_error(std::string("not the same: ") + what);
 }
 
-/// Takes channels in the order that files have: sorted, and with those whose names differ only
-/// after the last dot in one array.
+/// Takes channels in the order of files: sorted. Channels whose names differ only after the last
+/// dot are in one array.
 std::vector<FragmentArray> takeChannels(Taker& taker) {
     static constexpr std::array kNames = {
         "N.X",  "N.Y",   "N.Z",   "P.X",   "id.object", "id.instance", "id.material", "facing",
@@ -35,8 +35,8 @@ std::vector<FragmentArray> takeChannels(Taker& taker) {
     return fragmentArrays(channels);
 }
 
-/// Takes a depth of at least `least`: mostly `least` itself or the next float, which a reader must
-/// tell apart.
+/// Takes a depth of at least `least`: mostly `least` itself or the next float, which readers must
+/// distinguish.
 float takeDepth(Taker& taker, float least) {
     if (taker.flip()) return least;
     if (taker.flip()) return std::nextafter(least, 3e38F);
@@ -156,12 +156,12 @@ void checkLayeredFile(const std::string& path, const SyntheticPicture& picture,
     LayeredImage image;
     reader->read(info.plan.view.crop, image);
     LayeredImage wanted = picture.image;
-    // A picture without fragments has no layer, hence no channels.
+    // A picture without fragments has no layers, so it has no channels.
     if (wanted.fragments() == 0) wanted.extra = image.extra, wanted.color = image.color;
     requireSame(image, wanted);
 }
 
-/// Expects an array's file to end with these bytes, which are the numbers of the array.
+/// Expects an array's file to end with these bytes, the numbers of the array.
 void requireNumbers(const NpzArchive& archive, const char* name, std::span<const std::byte> bytes) {
     const NpzArchive::Member* const member = archive.find(name);
     require(member != nullptr, name);

@@ -21,7 +21,7 @@ SeedBytes glbOf(GltfBuilder builder) {
     return seedOf(test::glb(builder.gltf.dump(), builder.bin));
 }
 
-/// Returns the JSON as a .gltf, with a data: URI full of zeros as its buffer.
+/// Returns the JSON as a .gltf. Its buffer is a data: URI of zeros.
 SeedBytes gltfOf(GltfBuilder builder) {
     const std::size_t triples = (builder.bin.size() + 2) / 3;
     builder.gltf["buffers"] = {
@@ -107,8 +107,7 @@ GltfBuilder animated() {
     return builder;
 }
 
-/// Returns a scene whose materials have all extensions, and textures from a buffer view and from a
-/// URI.
+/// Returns a scene whose materials have all extensions, and textures from a buffer view and a URI.
 GltfBuilder material() {
     GltfBuilder builder = test::triangle();
     builder.attributes()["TEXCOORD_0"] = builder.addAccessor<float>({0, 0, 1, 0, 0, 1}, "VEC2");

@@ -16,7 +16,7 @@ namespace {
 
 using test::PackedNumbers;
 
-/// Returns a ZIP with one member, deflated as numpy.savez_compressed does it.
+/// Returns a ZIP with one member, deflated as by numpy.savez_compressed.
 std::string packedZip(const std::string& name, const std::string& bytes) {
     const std::unique_ptr<libdeflate_compressor, decltype(&libdeflate_free_compressor)> compressor(
         libdeflate_alloc_compressor(6), libdeflate_free_compressor);

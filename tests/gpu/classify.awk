@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 # awk -f classify.awk MOVED EXPECTED FOUND: compares two lists of fragments (made by fragments() in common.sh), and
 # counts equal fragments and, by class, different ones. Rasterisers round vertices to a grid of 1/256 of a pixel, and
-# interpolate depths before or after they do so; MOVED (made by moved.awk) holds the depths of each fragment in pictures
-# that are moved by a step of that grid. Texture filters differ by more. Prints the counts on a line, then up to five
-# fragments that exceed all limits. Fails if more than one fragment in 50 does (which may happen at masks, where a
-# filtered alpha is above or below the cutoff).
+# interpolate depths before or after rounding. MOVED (made by moved.awk) has the range of each fragment's depth in
+# pictures that are moved by a step of that grid. Texture filters differ by more. Prints the counts on a line, then up
+# to five fragments that exceed all limits. Fails if more than one fragment in 50 exceeds them. (A few may do so at
+# masks, where a filtered alpha is above or below the cutoff.)
 BEGIN {
     color_limit = 1 / 20 # as a fraction of white
     beyond_share = 1 / 50

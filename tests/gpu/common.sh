@@ -2,7 +2,7 @@
 # shellcheck shell=sh
 # Parts shared by pack.sh and run.sh; $here is the unpacked folder.
 
-# The libraries in search order: our own, the machine's, and those of ours that the machine may lack.
+# The libraries in search order: our own, the machine's, and copies of libraries that the machine may lack.
 machine=/usr/lib/x86_64-linux-gnu:/lib/x86_64-linux-gnu:/usr/lib64:/lib64:/usr/lib:/lib
 libraries=$here/lib:$machine:$here/lib/spare
 mesa=$here/lib/osmesa:$libraries:$here/lib/osmesa/spare # libraries with Mesa's rasteriser as it was packed
@@ -24,9 +24,9 @@ capture() {
     peeler render "$scene" -o "$out" --cameras "$cameras" --channels id --quiet "$@"
 }
 
-# array FILE NAME BYTES TYPE: prints an array of an .npz, with BYTES bytes per line, in the format TYPE of od. Members
-# that peeler writes are not compressed, and the first 64-bit size in a header is that of the member (formats/README.md,
-# "Arrays and points").
+# array FILE NAME BYTES TYPE: prints an array of an .npz, with BYTES bytes per line, in the format TYPE of od. The
+# members must be uncompressed, as peeler writes them. The first 64-bit size in a header is that of the member
+# (formats/README.md, "Arrays and points").
 array() {
     at=0
     while [ "$(od -An -tu4 -j "$at" -N 4 "$1" | tr -d ' ')" = 67324752 ]; do # PK\3\4

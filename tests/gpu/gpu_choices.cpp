@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Benchmark of ways to count and sort fragments on a GPU, including peeler's own: only real
-// hardware shows which is fastest. Prints medians in milliseconds as JSON; exits with 1 if two ways
-// disagree.
+// Benchmark of ways to count and sort fragments on a GPU, including peeler's own. Prints medians in
+// milliseconds as JSON; exits with 1 if two ways disagree.
 //
 //     gpu_choices [WIDTH HEIGHT RUNS]
 #include "gpu/gpu_choices.h"
@@ -19,8 +18,8 @@
 
 namespace peeler::benchmark {
 
-/// Returns the median time of `work` in milliseconds over `runs` calls, after a call that is not
-/// timed. Calls `prepare` before each.
+/// Returns the median time of `work` in milliseconds over `runs` calls, after an untimed call.
+/// Calls `prepare` before each.
 double milliseconds(const Settings& settings, const std::function<void()>& prepare,
                     const std::function<void()>& work) {
     using Clock = std::chrono::steady_clock;

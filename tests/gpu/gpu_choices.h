@@ -22,13 +22,13 @@ struct Settings {
     }
 };
 
-/// Returns the median time of `work` in milliseconds over `runs` calls, after a call that is not
-/// timed. Calls `prepare` before each.
+/// Returns the median time of `work` in milliseconds over `runs` calls, after an untimed call.
+/// Calls `prepare` before each.
 double milliseconds(const Settings& settings, const std::function<void()>& prepare,
                     const std::function<void()>& work);
 
-/// A program whose stages begin with the same lines. Throws std::runtime_error with the driver's
-/// log if it does not compile.
+/// A program whose stages all begin with the same lines. Throws std::runtime_error with the
+/// driver's log if it does not compile.
 class Shaders {
   public:
     struct Stage {
@@ -49,12 +49,13 @@ class Shaders {
     GLuint name_;
 };
 
-// The two halves of the benchmark; each throws std::runtime_error if two ways disagree.
+// The two halves of the benchmark. Each throws std::runtime_error if two ways disagree.
 
-/// Returns milliseconds by scene and way (gpu_counting.cpp); null for a way that the driver lacks.
+/// Returns milliseconds by scene and way (gpu_counting.cpp); null for a way that the driver does
+/// not support.
 Json counting(const gl::Functions& gl, const Settings& settings);
 
-/// Returns milliseconds by kind of lists and by step (gpu_sorting.cpp).
+/// Returns milliseconds by kind of list and by step (gpu_sorting.cpp).
 Json sorting(const gl::Functions& gl, const Settings& settings);
 
 }  // namespace peeler::benchmark

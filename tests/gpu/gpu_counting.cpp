@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Benchmark of counting fragments, with panes that cover the picture and with many small triangles:
-// - buffer: atomicAdd on a storage buffer, row by row, as peeler does
-// - tiles: the same, in squares of 8 × 8 pixels
-// - image: imageAtomicAdd on R32UI
-// - interlock: load and store on that image, ordered by ARB_fragment_shader_interlock
-// - blending: adds 1 to R32F, which is exact below 2^24
+// - buffer: atomicAdd on a storage buffer with the pixels row by row, as in peeler
+// - tiles: atomicAdd on a storage buffer with the pixels in squares of 8 × 8
+// - image: imageAtomicAdd on an R32UI image
+// - interlock: load and store on the R32UI image, ordered by ARB_fragment_shader_interlock
+// - blending: adds 1 to an R32F target, which is exact below 2^24
 #include <dlfcn.h>
 
 #include <algorithm>
@@ -18,7 +18,7 @@
 namespace peeler::benchmark {
 namespace {
 
-/// The triangles to draw: they cover the picture, or lie anywhere in it.
+/// The triangles to draw: they cover the picture, or are scattered in it.
 struct Triangles {
     const char* name;
     int count;
@@ -44,13 +44,13 @@ void main() {
 })"},
 };
 
-/// The kind of storage for the counts.
+/// Where the counts are stored.
 enum class Counts { kBuffer, kTiles, kImage, kTarget };
 
 struct Way {
     const char* name;
     Counts counts;
-    const char* extension;  ///< the extension that this way requires, or ""
+    const char* extension;  ///< the required extension; "" = none
     const char* fragment_shader;
 };
 
@@ -77,7 +77,7 @@ layout(location = 0) out float one;
 void main() { one = 1.0; })"},
 };
 
-/// Returns the beginning of all counting shaders: pixel addresses, and the definitions for a way.
+/// Returns the first lines of all counting shaders: pixel addresses, and what this way defines.
 std::string beginningOf(const Settings& settings, const Way& way) {
     std::string text;
     if (*way.extension) text += std::string("#extension ") + way.extension + " : require\n";
@@ -118,8 +118,8 @@ class Counter {
         vertices_ = gl::VertexArray(gl, arrays);
     }
 
-    /// Runs a counting pass, and returns its time in milliseconds; stores the counts in `counts`,
-    /// row by row.
+    /// Runs a counting pass. Returns its time in milliseconds; stores the counts in `counts`, row
+    /// by row.
     double time(const Way& way, const Triangles& triangles, std::vector<std::uint32_t>& counts) {
         const Shaders shaders(gl_, beginningOf(settings_, way),
                               {{GL_VERTEX_SHADER, triangles.vertex_shader},

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Benchmark of sorting fragment lists, which a quarter of the pixels have. Their fragments are in
-// random order: different for each pixel, or shared by runs of neighbours.
-// - cpu: depthSort(), as peeler does; cpuAfterGpu: the same with lists that are already sorted
-// - gpu: a compute shader, one insertion sort per pixel; readBack: from GPU to CPU memory
+// Benchmark of sorting fragment lists. A quarter of the pixels have lists. The fragments are in a
+// random order, which is different for each pixel, or the same for runs of neighbours.
+// - cpu: depthSort(), as in peeler; cpuAfterGpu: depthSort() of sorted lists
+// - gpu: a compute shader with one insertion sort per pixel; readBack: from GPU to CPU memory
 #include <algorithm>
 #include <cstdint>
 #include <cstring>
@@ -18,12 +18,12 @@ namespace {
 
 constexpr std::size_t kWords = 4;  // words per fragment: depth, primitive, two for colour
 
-/// Lists of `most` fragments each, or up to half fewer.
+/// Lists of `most` / 2 to `most` fragments each.
 struct Lists {
     std::vector<std::uint32_t> first{0}, words;
 
     Lists(std::size_t pixels, std::uint32_t most, bool alike) {
-        // Neighbours are coherent if runs of pixels have the same depths.
+        // If `alike`, runs of pixels have the same depths.
         const std::size_t run = alike ? 64 : 1;
         std::minstd_rand random(most);
         std::vector<float> depths(most);
@@ -79,7 +79,7 @@ gl::Buffer bufferOf(const gl::Functions& gl, const std::vector<T>& values) {
     return buffer;
 }
 
-/// Sorts lists on the CPU, into `out`; returns the time in milliseconds.
+/// Sorts lists on the CPU into `out`. Returns the time in milliseconds.
 double sortedByCpu(const Settings& settings, const Lists& lists, const std::uint32_t* words,
                    LayeredImage& out) {
     out.window = {0, 0, 256, static_cast<int>((lists.first.size() - 1) / 256)};

@@ -1,8 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# sh tests/gpu/pack.sh [BUILD] [OUTPUT]: packs everything that is needed to test this build on a bare machine with a
-# GPU: programs, libraries, scenes, and the results that the scenes have here. On that machine, run.sh needs only the C
-# library, the driver, and the tools of every Debian (gzip, but not xz).
+# sh tests/gpu/pack.sh [BUILD] [OUTPUT]: packs all files for testing this build on a bare machine with a GPU: programs,
+# libraries, scenes, and the scenes' results on this machine. On the other machine, run.sh needs only the C library, the
+# driver, and the tools of every Debian (gzip, but not xz).
 #   BUILD   a folder with a finished build on Debian (default: build/ci)
 #   OUTPUT  the archive (default: BUILD/peeler-gpu.tar.gz)
 set -eu
@@ -22,8 +22,8 @@ for file in run.sh common.sh classify.awk moved.awk scenes.txt; do
 done
 . "$here/common.sh"
 
-# Packs what every scene gives here, and also its fragments when the picture is moved by 1/256 of a pixel
-# (classify.awk). That misses no edge, because a step along both axes is longer than 1/256.
+# Packs the result of every scene on this machine, and the fragments of the picture moved by 1/256 of a pixel in each
+# direction (classify.awk). This misses no edge, because a step along both axes is longer than 1/256.
 renderer=$(peeler render "$source/examples/scenes/panes.glb" -o "$scratch/any.npz" --size 16x16 --json --quiet |
     sed -n 's/^ *"renderer": "\(.*\)",$/\1/p')
 echo "# made by $renderer: scene, fragments, layers" >"$here/references.txt"

@@ -1,18 +1,18 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# sh run.sh: tests a build on this machine's GPU, in the folder made by pack.sh, within 9 minutes. Writes results.* (a
-# page and JSON); the exit code is 0 if everything passed. Without a GPU, it does the same in software.
-# PEELER_GPU_SECONDS is the total time (default: 540). (sh run.sh PART runs one part, and prints its findings.)
+# sh run.sh: tests a build on this machine's GPU within 9 minutes, in the folder made by pack.sh. Writes results.* (a
+# page and JSON). The exit code is 0 if everything passed. Without a GPU, runs the same tests in software.
+# PEELER_GPU_SECONDS is the total time (default: 540). sh run.sh PART runs one part, and prints its findings.
 set -eu
 here=$(cd "$(dirname "$0")" && pwd)
 . "$here/common.sh"
 work=$here/work
 results=$here/results
 
-# The parts in order, each with its share of the time; later parts may use the time that earlier parts leave.
+# The parts in order, each with its share of the time. Later parts may use the time that earlier parts leave.
 parts="devices 2  tests 46  methods 13  backends 8  references 8  lost 4  frames 9  benchmark 10"
 
-# The GL tests that are skipped: those that need Embree, and those that compare a software EGL with OSMesa.
+# The skipped GL tests: those that need Embree, and those that compare a software EGL with OSMesa.
 embree=ClosedMeshes.*:Clip.ABallKeepsAsManyLayersAsEmbreeFindsHitsInside
 osmesa=Backends.*:Shadows.AreTheSameOnBothBackends
 
@@ -27,8 +27,7 @@ number() { # number KEY FILE: prints the last value of a key in JSON that has on
     sed -n 's/^ *"'"$1"'": \(.*[^,]\),*$/\1/p' "$2" | tail -n 1 | tr -d '"'
 }
 
-# judge WHAT FOUND EXPECTED NAME: checks that the fragments of a scene are the same in two files, or differ within
-# limits.
+# judge WHAT FOUND EXPECTED NAME: checks that a scene's fragments in two files are the same, or differ within limits.
 judge() {
     if cmp -s "$2" "$3"; then
         say passed "$1" "the same bytes, $(number fragmentsStored "$work/report.json") fragments"
@@ -130,7 +129,7 @@ methods() {
     done
 }
 
-# Compares the GPU, or the software in its place, with the packed rasteriser.
+# Compares the GPU, or the software rasteriser in its place, with the packed rasteriser.
 backends() {
     if [ ! -f "$here/lib/osmesa/libOSMesa.so.8" ]; then
         say skipped all "no libOSMesa.so.8 was packed"
@@ -197,7 +196,7 @@ frames() {
         say failed "$count frames" "exit code $code: $(head -n 3 "$work/error")"
         return
     fi
-    # For each frame, the report has the peak of resident memory up to then.
+    # The report has the peak of resident memory up to each frame.
     set -- $(sed -n 's/^ *"peakMemory": \([0-9]*\),*$/\1/p' "$work/frames.json" |
         awk -v early=$((count / 10)) 'NR == early { first = $1 } END { print NR, first, $1 }')
     [ "$1" = $count ] && [ $(($3 - $2)) -le $growth ] && verdict=passed || verdict=failed
@@ -242,7 +241,7 @@ benchmark() {
         END { printf "%d hits, %.1f million a second counted, captured and sorted", hits, hits / ms / 1e3 }' "$report")"
 }
 
-# write_results SECONDS: writes the page from the findings of the parts, and the JSON from that of the commands; sets
+# write_results SECONDS: writes the page from the findings of the parts, and the JSON from the commands' JSON. Sets
 # `code` to 1 if anything failed.
 write_results() {
     awk -F '\t' -v when="$(date -u +%FT%TZ)" -v seconds="$1" -v page="${results}.md" -v json="${results}.json" '

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tests that many renders and loads in one process do not increase its memory, descriptors or threads.
 
-Mesa's software rasteriser keeps GL objects in the memory of the process, so leaked objects would show. PEELER_TEST_ALL
-makes it 50,000 renders and 3,000 loads."""
+Mesa's software rasteriser keeps GL objects in the memory of the process, so leaked objects would increase it. With
+PEELER_TEST_ALL there are 50,000 renders and 3,000 loads.
+"""
 
 import ctypes
 import gc
@@ -12,7 +13,7 @@ from module import ALL, ModuleTest, descriptors, np, peeler, resident, scene, th
 
 RENDERS, LOADS = (50_000, 3_000) if ALL else (600, 60)
 WARM = 60  # the number of renders after which drivers and allocators have filled their caches
-MOST_GROWTH = 6 << 20  # bytes of allocator overhead; a leak of 130 bytes per render would exceed it in 50,000
+MOST_GROWTH = 6 << 20  # bytes of allocator overhead; a leak of 130 bytes per render would exceed it in 50,000 renders
 
 LIBC = ctypes.CDLL("libc.so.6")
 
@@ -81,7 +82,7 @@ class Endurance(ModuleTest):
         def errors(i):
             for kind in range(4):
                 fail(kind)
-            # How much of a stopped render can be reused depends on where it stopped.
+            # The reusable part of a stopped render depends on where it stopped.
             self.r.layers(panes, size=(200, 200))
 
         self.assert_flat("rounds of errors", errors, RENDERS // 40)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tests that errors are reported and leave a usable Renderer, also in threads and processes."""
+"""Tests that errors are reported and leave the Renderer usable, also in threads and processes."""
 
 import multiprocessing
 import os

@@ -34,7 +34,7 @@ class Examples(ModuleTest):
             for number in range(picture.n_frames):
                 picture.seek(number)
                 frames.append(np.asarray(picture.convert("RGB")).astype(int))
-        # Pixels without layers have the colour of paper: 0.82 of linear light, which is 234 in sRGB.
+        # Pixels without layers have the paper's colour: 0.82 in linear light, which is 234 in sRGB.
         paper = [(np.abs(frame - 234).max(axis=2) <= 1).sum() for frame in frames]
         self.assertEqual(paper, sorted(paper))
         self.assertLess(paper[0], paper[-1])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tests the module in the process of a host: it changes nothing there, and survives forks, threads, interrupts and the
+"""Tests the module in a host process: it changes no state of the host, and survives forks, threads, interrupts and the
 loss of its worker."""
 
 import asyncio
@@ -41,7 +41,7 @@ def lines(path):
 
 
 def state():
-    """Returns everything whose change a host could notice."""
+    """Returns all state whose change a host could notice."""
     return {
         "environment": (dict(os.environ), lines("/proc/self/environ")),
         "folder": os.getcwd(),
@@ -94,7 +94,7 @@ def fragments(_=None):
 
 
 class DataSet:
-    """Stands in for the data set of a torch DataLoader, which is indexed, pickled or forked."""
+    """A replacement for the data set of a torch DataLoader, which is indexed, pickled or forked."""
 
     def __init__(self):
         self.scene, self.r = scene("panes"), peeler.Renderer()
@@ -127,7 +127,7 @@ class Host(ModuleTest):
         self.assertEqual(len(self.r.layers(self.panes, size=(48, 27))), self.expected)
 
     def calls(self, exr, **large):
-        """Returns {name: call} for every function that does work. `large` makes pictures that take long."""
+        """Returns {name: call} for every function that does work. With `large`, the pictures take long to render."""
         image = peeler.read(exr)
         engine, glb = scene("engine"), SCENES / "engine.glb"
         out = lambda name: self.folder / name

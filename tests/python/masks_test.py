@@ -30,7 +30,7 @@ except ImportError as missing:
 
 WIDTH, HEIGHT = 120, 90
 MODELS = pathlib.Path(os.environ.get("PEELER_ASSETS") or SOURCE.parent / "shared" / "assets") / "gltf-sample-assets"
-# Entire models, and how many objects each has.
+# Whole models, with their numbers of objects.
 WHOLE_MODELS = (
     ("GearboxAssy/glTF-Draco/GearboxAssy.gltf", 95),
     ("2CylinderEngine/glTF/2CylinderEngine.gltf", 67),
@@ -40,7 +40,7 @@ WHOLE_MODELS = (
 
 
 def first_layer(image):
-    """Returns the Z of the nearest fragments, and 0 where there is none, as in BOP's depth pictures."""
+    """Returns the Z of the nearest fragments, and 0 for empty pixels, as in BOP's depth pictures."""
     counts = np.diff(image.splits.astype(np.int64))
     z = np.zeros(counts.size, np.float32)
     z[counts > 0] = image.z[image.splits[:-1][counts > 0]]
@@ -48,8 +48,8 @@ def first_layer(image):
 
 
 def decoded(rle):
-    """Decodes a mask as pycoco_utils.rle_to_binary_mask of bop_toolkit does; that module needs more than Debian's
-    packages."""
+    """Decodes a mask as pycoco_utils.rle_to_binary_mask of bop_toolkit does; that module needs packages that Debian
+    lacks."""
     flat = np.zeros(np.prod(rle["size"]), dtype=bool)
     ends = np.cumsum(rle["counts"])
     for begin, end in zip(ends[0::2], ends[1::2]):
@@ -64,7 +64,7 @@ class Masks(ModuleTest):
         return folder, result
 
     def compare(self, name, canvas=1):
-        """Does the work of scripts/calc_gt_masks.py and calc_gt_info.py, with one render per object in place of their
+        """Does the work of scripts/calc_gt_masks.py and calc_gt_info.py, with one render per object instead of their
         renderer."""
         folder, result = self.masks(name, canvas=canvas)
         gt = inout.load_scene_gt(folder / "scene_gt.json")

@@ -71,7 +71,7 @@ class ModuleTest(unittest.TestCase):
         self.folder = pathlib.Path(folder.name)
 
     def assert_same(self, a, b, what=""):
-        """Expects bit for bit the same numbers, with the same type and shape."""
+        """Expects bitwise equal numbers of the same type and shape."""
         a, b = np.ascontiguousarray(a), np.ascontiguousarray(b)
         self.assertEqual((a.dtype, a.shape), (b.dtype, b.shape), what)
         self.assertEqual(a.tobytes(), b.tobytes(), what)

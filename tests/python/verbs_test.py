@@ -11,7 +11,8 @@ import unittest
 from module import BUILD, SCENES, ModuleTest, command, np, peeler, scene
 
 STUB = BUILD / "python" / "peeler" / "__init__.pyi"
-# Options of `peeler render` that other objects provide: for files, the scene, the Renderer, sequences and reports.
+# Options of `peeler render` that are no keywords of the picture functions: options of files, the scene, the Renderer,
+# sequences and reports.
 ELSEWHERE = set(
     "output no_clobber no_mkdir background exposure tone_map as_ no_composite fxaa skip_existing keep_going dry_run layout "
     "dense fill dense_type compression deep_merge deep_z_tolerance deep_alpha_tolerance scene include exclude allow_outside ignore_extension "

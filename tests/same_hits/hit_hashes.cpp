@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Prints hashes of everything that CPU hits consist of, for same_hits.py: one line per scene and
-// view.
+// Prints hashes of all data of CPU hits for same_hits.py, one line per scene and view.
 //
 //     hit_hashes [FILE ...]
 //
-// A FILE holds a mesh: the numbers of vertices and indices (uint32), then positions (3 floats each)
+// A FILE has a mesh: the numbers of vertices and indices (uint32), then positions (3 floats each)
 // and indices (uint32).
 #include <algorithm>
 #include <cstdint>
@@ -25,7 +24,7 @@
 namespace peeler::test {
 namespace {
 
-/// An FNV-1a hash over the bytes of numbers.
+/// An FNV-1a hash of the bytes of numbers.
 class Hash {
   public:
     template <class Value>
@@ -49,8 +48,8 @@ class Hash {
     std::uint64_t value_ = 0xCBF29CE484222325U;
 };
 
-/// Returns triangles of all sizes whose coordinates are exact, without rounding, so that they are
-/// the same in every build. A texture cuts out parts of a third of them.
+/// Returns triangles of all sizes with exact coordinates, which are the same in every build. A
+/// texture cuts out parts of a third of them.
 Scene generated() {
     std::mt19937 random(20);
     const auto number = [&](int bits) {
@@ -82,7 +81,7 @@ Scene generated() {
     scene.materials[1].alpha_mode = AlphaMode::kMask;
     for (const std::size_t textured : {1U, 2U})
         scene.materials[textured].base_color_texture.image = 0;
-    // A rotation with entries that are not exact in binary.
+    // A rotation whose entries are not exact in binary.
     scene.nodes[0].local = {
         {0.36, 0.48, -0.8, 0}, {-0.8, 0.6, 0, 0}, {0.48, 0.64, 0.6, 0}, {0.1, 0.2, 0.3, 1}};
     return scene;

@@ -152,7 +152,7 @@ gl::Context* openStrictly() {
 }  // namespace
 
 gl::Context& sharedContext() {
-    // The context is leaked on purpose, because GL libraries have exit handlers of their own.
+    // Leaked on purpose, because GL libraries have exit handlers of their own.
     static gl::Context* context = openStrictly();
     return *context;
 }

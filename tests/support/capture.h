@@ -12,26 +12,26 @@
 
 namespace peeler::test {
 
-/// A scene under construction: meshes of plain triangles whose materials are unlit.
+/// A scene under construction: meshes of triangles with unlit materials.
 class SceneBuilder {
   public:
     SceneBuilder();
     /// Adds a material and returns its index. `rgba` is the base colour, not premultiplied.
     int material(const glm::vec4& rgba, AlphaMode mode = AlphaMode::kBlend,
                  bool double_sided = true);
-    /// Adds a mesh of triangles (three positions each) in a node of its own and returns the node.
+    /// Adds a mesh of triangles (three positions each) in a node of its own. Returns the node.
     int triangles(const std::vector<glm::vec3>& positions, int material,
                   const glm::dmat4& placement = glm::dmat4(1));
-    /// Adds a quad (two triangles) with these corners, in counter-clockwise order, and returns the
+    /// Adds a quad (two triangles) with these corners, in counter-clockwise order. Returns the
     /// node.
     int quad(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c, const glm::vec3& d,
              int material, const glm::dmat4& placement = glm::dmat4(1));
-    /// Adds a rectangle of half extents (w, h) that faces +Z at z, and returns the node.
+    /// Adds a rectangle of half extents (w, h) that faces +Z at z. Returns the node.
     int rectangle(float w, float h, float z, int material);
-    /// Adds a sphere with normals, tangents along the parallels, and texture coordinates; returns
+    /// Adds a sphere with normals, tangents along the parallels, and texture coordinates. Returns
     /// the node.
     int sphere(const glm::vec3& center, float radius, int material);
-    /// Adds a node that shows an existing mesh, and returns the node.
+    /// Adds a node that shows an existing mesh. Returns the node.
     int instance(int mesh, const glm::dmat4& placement);
     /// Adds a node with a light that shines along −Z of `placement`.
     void light(const Light& light, const glm::dmat4& placement);
@@ -59,7 +59,7 @@ class CollectSink : public Sink {
     std::vector<Window> bands;
 };
 
-/// The results of a capture: the plan, the image and the report.
+/// The results of a capture.
 struct Captured {
     Plan plan;
     CaptureReport report;
@@ -67,13 +67,13 @@ struct Captured {
     std::vector<Window> bands;
 };
 
-/// Returns the context of testBackend(), which is made once per process. Messages of the driver
+/// Returns the context of testBackend(), which is created once per process. Driver messages
 /// (KHR_debug) about errors or undefined behaviour, or of high severity, fail the current test.
 /// Throws Error (kDevice) if there is no context.
 gl::Context& sharedContext();
 
-/// Runs `test` in a thread of its own and waits for it. A context belongs to the thread that makes
-/// it, so contexts other than the shared one are made there.
+/// Runs `test` in a new thread and waits for it. A context stays current in the thread that creates
+/// it, so all contexts other than the shared one are created in threads of their own.
 void inOwnThread(const std::function<void()>& test);
 
 Captured capture(const Scene& scene, const View& view, const CaptureSettings& settings = {},
@@ -82,12 +82,12 @@ Captured capture(const Scene& scene, const View& view, const CaptureSettings& se
 /// Returns the hit source with this --engine name: "cpu", or "gl" on the shared context.
 std::unique_ptr<HitSource> openHits(const std::string& engine, const PosedScene& posed);
 
-/// Captures with a source that is already open, for tests that capture a scene many times. Sources
-/// other than a GlRenderer give hits only.
+/// Captures with an open source, for tests that capture a scene many times. Sources other than a
+/// GlRenderer give only hits.
 Captured capture(HitSource& source, const View& view, const CaptureSettings& settings = {});
 
-/// Compares windows, offsets, depth, colour and extra arrays bit for bit. Returns "" or a
-/// description of the first difference.
+/// Compares windows, offsets, depth, colour and extra arrays bit for bit. Returns a description of
+/// the first difference; "" if there is none.
 std::string difference(const LayeredImage& a, const LayeredImage& b);
 
 /// Returns the colour of a fragment as floats.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Closed meshes with shared vertices whose properties are known.
+// Closed meshes with shared vertices and known properties.
 #pragma once
 
 #include <algorithm>
@@ -57,7 +57,7 @@ inline Primitive icosphere(int level) {
 }
 
 /// Returns a torus around Y of `around` times `across` quads. The tube's centre is at distance 1
-/// and its radius is `minor`.
+/// from the axis, and its radius is `minor`.
 inline Primitive torus(double minor, std::uint32_t around, std::uint32_t across) {
     Primitive torus;
     for (std::uint32_t i = 0; i < around; ++i) {
@@ -84,8 +84,8 @@ inline Primitive cube() {
     return cube;
 }
 
-/// Returns the volume inside the mesh (by the divergence theorem), which is negative if triangles
-/// face inwards.
+/// Returns the volume inside the mesh, by the divergence theorem. It is negative if triangles face
+/// inwards.
 inline double volumeOf(const Primitive& mesh) {
     double volume = 0;
     for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {

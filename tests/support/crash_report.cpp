@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Prints crash reports of test programs. They are needed because some crashes, especially in
-// drivers' threads, occur once in thousands of runs, on a machine that cannot be inspected
-// afterwards.
+// Prints crash reports of test programs. Some crashes, especially in drivers' threads, occur once
+// in thousands of runs, on a machine that cannot be inspected afterwards.
 #include <execinfo.h>
 #include <fcntl.h>
 #include <ucontext.h>
@@ -35,10 +34,10 @@ std::uintptr_t instruction(const void* context) {
 #endif
 }
 
-/// Prints the memory mappings that contain these addresses. They tell which library crashed where
-/// code compiled by a driver has no name and no unwinder gets past it.
+/// Prints the memory mappings that contain these addresses. They identify the crashed library if
+/// the code, compiled by a driver, has no name and no unwind information.
 void sayMaps(const std::array<std::uintptr_t, 2>& addresses) {
-    static std::array<char, 1 << 18> maps;  // static, since the crash may be in the heap
+    static std::array<char, 1 << 18> maps;  // static, since the heap may be corrupt
     std::size_t size = 0;
     const int file = open("/proc/self/maps", O_RDONLY | O_CLOEXEC);
     for (ssize_t got; (got = read(file, maps.data() + size, maps.size() - 1 - size)) > 0;)
@@ -67,7 +66,7 @@ void report(int number, siginfo_t* info, void* context) {
     std::array<void*, 64> frames;
     backtrace_symbols_fd(frames.data(), backtrace(frames.data(), static_cast<int>(frames.size())),
                          STDERR_FILENO);
-    raise(number);  // ends the process as without this handler (SA_RESETHAND)
+    raise(number);  // ends the process as if there were no handler (SA_RESETHAND)
 }
 
 const bool kReports = [] {

@@ -10,7 +10,8 @@
 
 namespace peeler::test {
 
-/// Returns the distance of the point from the polygon's edges; infinite if there are no corners.
+/// Returns the distance between the point and the polygon's edges; infinite if there are no
+/// corners.
 inline double distanceToEdges(std::span<const glm::dvec2> corners, const glm::dvec2& point) {
     double nearest = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < corners.size(); ++i) {

@@ -23,7 +23,7 @@ struct TriangleSoup {
     std::vector<char> culled_behind;  // whether only front faces can be hit
 };
 
-/// Returns the triangles of a scene in world space; strips and fans become single triangles.
+/// Returns the triangles of a scene in world space. Strips and fans become single triangles.
 inline TriangleSoup soupOf(const Scene& scene) {
     TriangleSoup soup;
     const PosedScene shown(scene);
@@ -118,7 +118,7 @@ class AllHits {
     AllHits& operator=(const AllHits&) = delete;
 
     /// Returns the distances of hits along the ray, in any order; in scene units if `direction` is
-    /// a unit vector. With `cull`, back faces of single-sided surfaces are not hit. Thread-safe.
+    /// a unit vector. With `cull`, ignores back faces of single-sided surfaces. Thread-safe.
     std::vector<float> operator()(const glm::dvec3& origin, const glm::dvec3& direction,
                                   bool cull) const {
         std::vector<float> t;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fragment lists given by functions, for tests without a renderer.
+// Fragment lists defined by functions, for tests without a renderer.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@ struct TestFragment {
     std::array<float, 4> color{};
 };
 
-/// Returns an image of 32-bit floats whose pixel (x, y) has the fragments `at(x, y)`.
+/// Returns an image of 32-bit floats. Pixel (x, y) has the fragments at(x, y).
 inline LayeredImage fragmentLists(const Window& window,
                                   const std::function<std::vector<TestFragment>(int, int)>& at) {
     LayeredImage image;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes that once broke peeler.
+// Scenes that are hard to peel correctly.
 #pragma once
 
 #include <vector>
@@ -13,11 +13,11 @@ struct HardScene {
     Scene scene;
 };
 
-/// Returns the scenes, which are the same in every run.
+/// Returns the scenes, the same in every run.
 std::vector<HardScene> hardScenes();
 
-/// Returns the first scene of hardScenes() with every other surface made of glass, mostly coloured,
-/// in each alpha mode, lit and unlit.
+/// Returns the first scene of hardScenes() with glass on every other surface: mostly coloured, in
+/// each alpha mode, lit and unlit.
 Scene glassScene();
 
 }  // namespace peeler::test

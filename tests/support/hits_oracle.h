@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Independent oracle for the hits of bundles: Embree's tree finds the triangles near a ray, each of
-// which is tested again in double precision.
+// Independent oracle for the hits of bundles: Embree finds the triangles near a ray, and each is
+// tested again in double precision.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -24,12 +24,13 @@
 
 namespace peeler::test {
 
-/// A ray whose direction has any length, which is the unit of `t`.
+/// A ray. Its direction has any length, which is the unit of `t`.
 struct DoubleRay {
     glm::dvec3 origin{0}, direction{0};
 };
 
-/// Returns the `t` at which a ray meets a triangle, from either side, edges included.
+/// Returns the `t` at which a ray meets a triangle from either side. Edges are part of the
+/// triangle.
 inline std::optional<double> meetingT(const Triangle& triangle, const DoubleRay& ray) {
     const auto& [a, b, c] = triangle.corner;
     const glm::dvec3 e1 = b - a, e2 = c - a, across = glm::cross(ray.direction, e2);
@@ -37,7 +38,7 @@ inline std::optional<double> meetingT(const Triangle& triangle, const DoubleRay&
     const glm::dvec3 from = glm::cross(ray.origin - a, e1);
     const double u = glm::dot(ray.origin - a, across) / determinant;
     const double v = glm::dot(ray.direction, from) / determinant;
-    // NaN, which an edge-on triangle gives, fails this test and is not a hit.
+    // Edge-on triangles give NaN, which fails this test: no hit.
     if (!(u >= 0 && v >= 0 && u + v <= 1)) return std::nullopt;
     return glm::dot(e2, from) / determinant;
 }
@@ -48,8 +49,8 @@ struct DoubleHit {
     double t = 0;
 };
 
-/// Finds all hits of a ray. Since Embree uses single precision, it only finds nearby triangles,
-/// whose boxes are enlarged by more than its error.
+/// Finds all hits of a ray. Embree uses single precision, so it only finds nearby triangles, by
+/// boxes that are enlarged by more than its error.
 class DoubleHits {
   public:
     explicit DoubleHits(const TriangleSoup& soup)
@@ -113,7 +114,7 @@ class DoubleHits {
         const auto& self = *static_cast<const DoubleHits*>(arguments->geometryUserPtr);
         auto& query = *reinterpret_cast<Query*>(arguments->context);
         const unsigned triangle = arguments->primID;
-        // The ray is not shortened, because all hits are collected.
+        // Does not shorten the ray, because all hits are wanted.
         if (const auto t = meetingT(self.soup_.triangles[triangle], query.ray))
             query.hits.push_back({triangle, *t});
     }
@@ -124,13 +125,13 @@ class DoubleHits {
     double room_ = 0;
 };
 
-/// How far the hits of a source agree with the oracle's.
+/// The agreement of a source's hits with the oracle's.
 struct HitAgreement {
     std::size_t rays = 0, hits = 0;
-    std::size_t differing = 0;  ///< rays whose numbers of hits differ
-    std::size_t elsewhere = 0;  ///< the same, and rays that hit different triangles
-    /// Greatest distance of a ray in `elsewhere` from the nearest edge of a triangle on which the
-    /// two disagree, in ray spacings.
+    std::size_t differing = 0;  ///< rays with a different number of hits
+    std::size_t elsewhere = 0;  ///< rays with a different number of hits or different triangles
+    /// Greatest distance between a ray in `elsewhere` and the nearest edge of a triangle that only
+    /// one of the two hits, in ray spacings.
     double farthest = 0;
     double largest_error = 0;  ///< greatest error of Z, relative to the scene's size
 
@@ -182,8 +183,8 @@ class HitsOracle {
         return all;
     }
 
-    /// Returns the views of parallel bundles, one of which is along an axis, and of a pinhole in
-    /// front of everything.
+    /// Returns the views of parallel bundles, including one along an axis, and of a pinhole in
+    /// front of the scene.
     std::vector<View> views(int directions, int resolution) const {
         std::vector<View> views;
         auto along = sphereDirections(directions);
@@ -207,7 +208,7 @@ class HitsOracle {
                     HitAgreement& agreement) const {
         const LayeredImage& image = traced.image;
         const glm::dvec2 at = glm::dvec2(x, y) + view.sample;
-        DoubleRay ray;  // its t is the camera's Z
+        DoubleRay ray;  // the unit of its t is camera Z
         ray.origin = worldPosition(view, at.x, at.y, 0);
         ray.direction = worldPosition(view, at.x, at.y, 1) - ray.origin;
         const std::vector<DoubleHit> expected = hits_(ray);
@@ -219,7 +220,7 @@ class HitsOracle {
         const auto keys = image.extra.front().as<const std::uint32_t>();
         std::vector<Found> found;
         for (std::uint32_t f = image.offsets[pixel]; f < image.offsets[pixel + 1]; ++f)
-            found.push_back({keys[f] - 1, image.z[f]});  // keys number all triangles from 1
+            found.push_back({keys[f] - 1, image.z[f]});  // keys are the triangles' numbers, from 1
         std::ranges::sort(found, {}, &Found::triangle);
         ++agreement.rays;
         agreement.hits += found.size();
@@ -279,8 +280,8 @@ inline Scene randomTriangles(unsigned seed, int count) {
     return sceneOf({{"", {primitive}}});
 }
 
-/// Returns the scene with a second copy of every root. All nodes below are copied, because a node
-/// may have only one parent.
+/// Returns the scene with a second copy of every root. Copies all nodes below, because a node may
+/// have only one parent.
 inline Scene doubled(Scene scene) {
     const std::vector<int> roots = scene.scenes.front().roots;
     const auto copy = [&](const auto& self, int node) -> int {

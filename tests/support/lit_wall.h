@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A wall of one material under one lamp, and formulas for a plain reflection.
+// A wall of one material under one lamp, and formulas for a simple reflection.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -12,9 +12,9 @@
 
 namespace peeler::test {
 
-/// A wall of one material that faces the viewer. radiance() gives the radiance at its middle for a
-/// lamp `degrees` from the normal toward +X (turned by `azimuth`), of irradiance 1 at normal
-/// incidence. The U axis is along +X; the mesh has tangents.
+/// A wall of one material that faces the viewer. radiance() gives the radiance at its middle for
+/// one lamp. The lamp is `degrees` from the normal toward +X (rotated by `azimuth`), and its
+/// irradiance is 1 at normal incidence. The U axis is along +X; the mesh has tangents.
 class LitWall {
   public:
     explicit LitWall(const Material& material) {
@@ -47,7 +47,7 @@ class LitWall {
         return middle();
     }
 
-    /// Returns the radiance at the middle with the lights as they are.
+    /// Returns the radiance at the middle with the scene's current lights.
     glm::dvec3 middle() {
         CaptureSettings s;
         s.color_type = PixelType::kFloat;

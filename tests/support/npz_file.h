@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A reader of .npz files without compression, without Python.
+// A reader of uncompressed .npz files, without Python.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ struct StoredArray {
     std::string type;   ///< such as "<f4"
     std::string shape;  ///< such as "(2, 3)"
     std::string numbers;
-    std::size_t offset = 0;  ///< of the array's local header in the file
+    std::size_t offset = 0;  ///< offset of the array's local header in the file
 
     template <class T>
     std::vector<T> as() const {
@@ -27,7 +27,7 @@ struct StoredArray {
     }
 };
 
-/// Returns the arrays of a file by name, as found from the local headers (APPNOTE.TXT, section
+/// Returns the arrays of a file by name. Finds them through the local headers (APPNOTE.TXT, section
 /// 4.3.7).
 inline std::map<std::string, StoredArray> readNpz(const std::filesystem::path& path) {
     const std::string bytes = bytesOf(path);

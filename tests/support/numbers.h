@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Numbers that many tests compare with.
+// Constants that many tests use.
 #pragma once
 
 #include <limits>

@@ -18,12 +18,11 @@ namespace peeler::test {
 class OcclusionOracle {
   public:
     /// Ignores hits nearer than `own_surface` (scene units), which belong to the receiver's own
-    /// surface. Rays must start on that surface, because above it they would be inside a part that
-    /// touches.
+    /// surface. Rays must start on that surface; a start above it could be inside a touching part.
     OcclusionOracle(const TriangleSoup& soup, float own_surface)
         : scene_(soup), own_surface_(own_surface) {}
 
-    /// Returns the shares along those of the `directions` that are above each receiver's surface.
+    /// For each receiver, returns the share along the `directions` above its surface.
     std::vector<float> along(const Receivers& receivers,
                              const std::vector<glm::dvec3>& directions) const {
         return forEach(receivers, [&](const glm::vec3& position, const glm::vec3& normal) {
@@ -40,9 +39,9 @@ class OcclusionOracle {
     }
 
     /// Returns the reference: shares along `count` cosine-distributed directions, different for
-    /// each receiver. Rays start `raised` (scene units) above the surface.
+    /// each receiver. Rays start at the height `raised` (scene units) above the surface.
     std::vector<float> reference(const Receivers& receivers, int count, float raised = 0) const {
-        std::vector<glm::dvec3> lobe;  // around +Z (Malley's method on a Fibonacci disc)
+        std::vector<glm::dvec3> lobe;  // directions around +Z (Malley's method on a Fibonacci disc)
         for (int i = 0; i < count; ++i) {
             const double square = (i + 0.5) / count, angle = 2.399963229728653 * i;
             lobe.emplace_back(std::sqrt(square) * std::cos(angle),
@@ -67,7 +66,7 @@ class OcclusionOracle {
         return ray.tfar < 0;
     }
 
-    /// Returns a share for each receiver; those without a normal get 0, as in bake().
+    /// Returns a share for each receiver. Receivers without a normal get 0, as in bake().
     template <class Share>
     static std::vector<float> forEach(const Receivers& receivers, const Share& share) {
         constexpr std::size_t kAtOnce = 64;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Counts of rays that hit a closed surface an odd number of times: peeler's, and Embree's.
+// Counts of rays with an odd number of hits on a closed surface, for peeler and for Embree.
 #pragma once
 
 #include <atomic>
@@ -28,7 +28,7 @@ inline std::uint64_t oddRays(const LayeredImage& image) {
     return odd;
 }
 
-/// Returns the number of rays in a bundle that have an odd number of hits in Embree.
+/// Returns the number of rays in a bundle for which Embree finds an odd number of hits.
 inline std::uint64_t oddRays(const AllHits& embree, const Bundle& bundle) {
     std::atomic<std::uint64_t> odd = 0;
     const Window& crop = bundle.view.crop;
@@ -47,12 +47,12 @@ inline std::uint64_t oddRays(const AllHits& embree, const Bundle& bundle) {
 struct OddRays {
     std::uint64_t rays = 0, hits = 0;
     std::uint64_t raw = 0, refined = 0;  ///< GL's rays with an odd number of hits
-    std::uint64_t cpu = 0;               ///< the same for the CPU
-    /// The same for Embree, on every fourth bundle.
+    std::uint64_t cpu = 0;               ///< the CPU's rays
+    /// Embree's rays, on every fourth bundle.
     std::uint64_t embree_fast = 0, embree_robust = 0;
 };
 
-/// Counts rays over `directions` bundles; prints the result.
+/// Counts rays over `directions` bundles. Prints the result.
 inline OddRays countOddRays(const std::string& name, const Scene& scene, int directions,
                             int resolution, bool with_embree) {
     const PosedScene shown(scene);

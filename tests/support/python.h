@@ -10,7 +10,7 @@
 
 namespace peeler::test {
 
-/// Returns the interpreter that Debian's packages are for, even if another one is in PATH.
+/// Returns the interpreter with Debian's packages, even if another one comes first in PATH.
 inline std::string python() {
     return std::filesystem::exists("/usr/bin/python3") ? "/usr/bin/python3" : "python3";
 }
@@ -19,7 +19,7 @@ inline bool pythonHas(const std::string& module) {
     return runCommand({python(), "-c", "import " + module}).exit_code == 0;
 }
 
-/// Runs a Python program given as text; `arguments` become its sys.argv[1:].
+/// Runs a Python program, given as text. `arguments` become its sys.argv[1:].
 inline CommandResult runPython(const std::string& program,
                                const std::vector<std::string>& arguments) {
     std::vector<std::string> command{python(), "-c", program};

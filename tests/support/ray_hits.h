@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Ray hits given by formulas: spheres stand for the solids of a scene.
+// Ray hits computed by formulas: spheres replace the solids of a scene.
 #pragma once
 
 #include <algorithm>
@@ -48,7 +48,7 @@ inline Scene bodies(int count) {
     return scene;
 }
 
-/// Returns the draw-order key of the first triangle of bodies()' n-th node.
+/// Returns the draw-order key of the first triangle of the n-th node in bodies().
 inline std::uint32_t keyOf(int body) {
     return 1 + 4 * static_cast<std::uint32_t>(body);
 }
@@ -58,8 +58,8 @@ struct Hit {
     std::uint32_t key = 0;
 };
 
-/// Returns the hits of a bundle. `at(start, direction)` gives the hits of a ray in any order; t is
-/// the distance from the start, which is the eye in a pinhole bundle.
+/// Returns the hits of a bundle. at(start, direction) gives the hits of a ray in any order. t is
+/// the distance from the start, which is the eye for a pinhole bundle.
 inline LayeredImage rayHits(
     const Bundle& bundle,
     const std::function<std::vector<Hit>(const glm::dvec3&, const glm::dvec3&)>& at) {
@@ -92,8 +92,8 @@ struct Sphere {
     double radius = 1;
 };
 
-/// Returns the hits of a bundle with spheres. Hits of the n-th sphere have the key of bodies()'
-/// n-th node.
+/// Returns the hits of a bundle with spheres. The hits of the n-th sphere have the key of the n-th
+/// node in bodies().
 inline LayeredImage sphereHits(const Bundle& bundle, const std::vector<Sphere>& spheres) {
     return rayHits(bundle, [&](const glm::dvec3& start, const glm::dvec3& direction) {
         std::vector<Hit> hits;
@@ -110,7 +110,7 @@ inline LayeredImage sphereHits(const Bundle& bundle, const std::vector<Sphere>& 
     });
 }
 
-/// Two bodies, two spheres that stand for them, and two bundles of parallel rays.
+/// Two bodies, two spheres that replace them, and two bundles of parallel rays.
 class TracedSpheres {
   protected:
     void trace(RayOutput& output, std::span<const Bundle> bundles) const {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Distances of points from a scene's triangles, for which Embree finds candidates.
+// Distances between points and a scene's triangles. Embree finds the candidates.
 #pragma once
 
 #include <algorithm>
@@ -32,14 +32,14 @@ inline glm::dvec3 nearestPoint(const Triangle& triangle, const glm::dvec3& p) {
     return a + vb * scale * ab + vc * scale * ac;
 }
 
-/// Computes the distance from a point to the nearest triangle of a soup, which must outlive the
+/// Computes the distance from a point to the nearest triangle of a soup. The soup must outlive the
 /// object.
 class SurfaceDistance {
   public:
     explicit SurfaceDistance(const TriangleSoup& soup)
         : soup_(soup), scene_(soup, nullptr, RTC_SCENE_FLAG_NONE) {}
 
-    /// Returns the distance in scene units; `limit`, the radius of the search, if it is not less.
+    /// Returns the distance in scene units, at most `limit`, the radius of the search.
     double operator()(const glm::dvec3& point, double limit) const {
         Search search{&soup_, point, limit};
         RTCPointQueryContext context;
@@ -64,7 +64,7 @@ class SurfaceDistance {
         const glm::dvec3 nearest =
             nearestPoint(search->soup->triangles[arguments->primID], search->point);
         search->distance = std::min(search->distance, glm::distance(nearest, search->point));
-        return false;  // keeps the radius, which is small already
+        return false;  // keeps the radius, which is already small
     }
 
     const TriangleSoup& soup_;

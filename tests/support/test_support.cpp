@@ -71,8 +71,8 @@ bool contains(const Text& text, const std::string& part) {
 
 namespace {
 
-/// Resets the peak memory to the current size. Linux would otherwise count the parent's peak for a
-/// child, which shares the parent's memory until it executes another program.
+/// Resets the peak memory to the current size. Otherwise, Linux would include the parent's peak in
+/// the child's, because the child shares the parent's memory until it executes another program.
 void forgetPeakMemory() {
     std::ofstream("/proc/self/clear_refs") << 5;
 }
@@ -135,7 +135,7 @@ CommandResult StartedCommand::wait() {
     return {{WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status),
              bytesOf(streams_ / "out"), bytesOf(streams_ / "err")},
             seconds(used.ru_utime) + seconds(used.ru_stime),
-            static_cast<std::uint64_t>(used.ru_maxrss) * 1024};  // Linux counts in KiB
+            static_cast<std::uint64_t>(used.ru_maxrss) * 1024};  // ru_maxrss is in KiB
 }
 
 CommandResult runCommand(const std::vector<std::string>& command,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// All hits of a bundle, captured from a source, and bundles with rays at chosen positions.
+// All hits of a bundle, captured from a source. Bundles with rays at chosen positions.
 #pragma once
 
 #include <cstddef>
@@ -73,8 +73,8 @@ inline TracedHits trace(HitSource& source, const View& view,
     return traced;
 }
 
-/// Returns a view of rays along −Z that start at Z = 0, one unit apart. With the picture's upper
-/// left corner at the origin, the ray of pixel (x, y) goes through (x + 0.5, −y − 0.5).
+/// Returns a view with parallel rays along −Z that start at Z = 0, one unit apart. The picture's
+/// upper left corner is at the origin, so the ray of pixel (x, y) goes through (x + 0.5, −y − 0.5).
 inline View parallelView(int width, int height, double far = 100) {
     View view;
     view.width = width;
@@ -107,8 +107,8 @@ inline Bundle bundleOf(const PosedScene& posed, const glm::dvec3& direction, int
     return parallelBundle("b", all, all, direction, grid);
 }
 
-/// Returns a square of two triangles that faces +Z, from (x0, −y1) to (x1, −y0), which are pixel
-/// coordinates of parallelView().
+/// Returns a square of two triangles that faces +Z, from (x0, −y1) to (x1, −y0). Its arguments are
+/// pixel coordinates of parallelView().
 inline Primitive square(float x0, float y0, float x1, float y1, float z) {
     Primitive primitive;
     primitive.positions = {{x0, -y1, z}, {x1, -y1, z}, {x1, -y0, z}, {x0, -y0, z}};

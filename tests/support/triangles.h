@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The triangles of a list, strip or fan (glTF 2.0 §3.7.2.1), implemented independently of core's
-// code, which is under test.
+// The triangles of a list, strip or fan (glTF 2.0 §3.7.2.1). Independent of the implementation in
+// core, which is under test.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +9,7 @@
 
 namespace peeler::test {
 
-/// Calls visit(a, b, c) with the corner indices of each triangle; does nothing for topologies
+/// Calls visit(a, b, c) with the corner indices of each triangle. Calls nothing for topologies
 /// without triangles.
 template <class Visit>
 void forEachTriangle(Topology topology, std::size_t count, Visit&& visit) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests peeler bake: its output, and the errors that it reports before any work.
+// Tests peeler bake: its output, and its errors before any work.
 #include <OpenImageIO/imagebuf.h>
 #include <gtest/gtest.h>
 
@@ -14,8 +14,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Returns triangleScene() with an opaque material; with `uvs` the corners have TEXCOORD_0 (0,0)
-/// (1,0) (1/2,1).
+/// Returns triangleScene() with an opaque material; with `uvs` the corners have TEXCOORD_0 (0,0),
+/// (1,0) and (1/2,1).
 Json bakeScene(bool uvs = false) {
     Json scene = triangleScene();
     scene["materials"][0]["alphaMode"] = "OPAQUE";
@@ -42,7 +42,7 @@ class BakeCommand : public testing::TestWithParam<const char*> {
 
     std::string file(const std::string& name) const { return (folder_ / name).string(); }
 
-    /// Bakes with few directions and a coarse grid of rays, to be fast.
+    /// Bakes with few directions and few rays, which is fast.
     Outcome bake(const std::string& out, const std::vector<std::string>& more = {}) const {
         std::vector<std::string> arguments{"bake", scene_.string(), "-o",      file(out),
                                            "-q",   "--directions",  "32",      "--resolution",
@@ -172,7 +172,7 @@ TEST_P(BakeCommand, PutsOpenSkyIntoVertices) {
     EXPECT_EQ(json["target"], "vertices");
     EXPECT_EQ(json["receivers"], 3);
     EXPECT_EQ(json["outputs"][0]["bytes"], fs::file_size(file("out.glb")));
-    EXPECT_EQ(json["least"], 1);  // nothing occludes a lone triangle
+    EXPECT_EQ(json["least"], 1);  // nothing occludes a single triangle
     EXPECT_EQ(json["greatest"], 1);
     const Scene scene = readGltf(file("out.glb"));
     ASSERT_EQ(scene.meshes[0].primitives[0].colors.size(), 3U);

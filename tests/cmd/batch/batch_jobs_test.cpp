@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests the lines of a job file: the jobs that they become, and every kind of error.
+// Tests the lines of a job file: the jobs parsed from them, and every kind of error.
 #include "cmd/batch/batch_jobs.h"
 
 #include <gtest/gtest.h>

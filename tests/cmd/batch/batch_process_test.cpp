@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests peeler batch: order, overlap, and the state after a batch or a job was killed. Jobs whose
-// scene file has a lease run until the test releases it, however fast the machine is.
+// Tests peeler batch: order, overlap, and the state after a batch or a job was killed. A job whose
+// scene file has a lease runs until the test releases the lease, even on a fast machine.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <spawn.h>
@@ -32,7 +32,7 @@ using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 using Strings = std::vector<std::string>;
 
-/// Waits until `done` returns true; returns false on a timeout.
+/// Waits until `done` returns true. Returns false on a timeout.
 bool waitUntil(const std::function<bool()>& done) {
     for (const auto end = Clock::now() + 5min; Clock::now() < end;) {
         if (done()) return true;
@@ -41,8 +41,8 @@ bool waitUntil(const std::function<bool()>& done) {
     return false;
 }
 
-/// An empty file in place of a scene, with a lease on it (fcntl(2)): whoever opens it waits until
-/// the lease is returned, or for /proc/sys/fs/lease-break-time, 45 seconds.
+/// A scene file, empty at first, with a lease on it (fcntl(2)): a reader's open() waits until the
+/// lease is released, or for the 45 seconds of /proc/sys/fs/lease-break-time.
 class Gate {
   public:
     explicit Gate(fs::path path)
@@ -52,7 +52,7 @@ class Gate {
     }
     /// Whether a reader waits to open the file.
     bool reader() const { return fcntl(file_, F_GETLEASE) != F_WRLCK; }
-    /// Replaces the file by this scene, for later readers, and releases the waiting one.
+    /// Replaces the file by this scene and releases the lease. Only later readers get the scene.
     void replaceBy(const fs::path& scene) {
         const fs::path other = path_.string() + ".new";
         fs::copy_file(scene, other);
@@ -95,7 +95,7 @@ std::vector<int> codesOf(const std::vector<Json>& lines) {
 class Batch : public testing::Test {
   protected:
     Batch() {
-        // Background jobs of a shell ignore SIGINT, which the test's children would inherit.
+        // A shell's background jobs ignore SIGINT, and the test's children would inherit that.
         std::signal(SIGINT, SIG_DFL);
     }
     Json job(const std::string& output, const std::string& scene = "") const {
@@ -214,8 +214,8 @@ TEST_F(Batch, ThatIsKilledLeavesNoOrphanAndResumes) {
     const std::string child = childOf(batch);
     kill(batch, SIGKILL);
     EXPECT_EQ(waitFor(batch), 137);
-    // The gate stays closed, so the job by itself would wait until the lease expires. A process
-    // that has ended has no command line, even if a container's first process does not reap it.
+    // The gate stays closed, so without the kill the job would wait until the lease expires. An
+    // ended process has no command line, even if no process reaps it (as in some containers).
     EXPECT_TRUE(
         waitUntil([&] { return child.empty() || bytesOf("/proc/" + child + "/cmdline").empty(); }));
     EXPECT_LT(Clock::now() - waits, 40s) << "the job runs without its batch";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests the verdict of peeler check on good parts and on parts with one fault each.
+// Tests the verdict of peeler check for good parts, and for parts with one fault each.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -20,7 +20,7 @@ using Json = nlohmann::json;
 
 class CheckVerb : public testing::Test {
   protected:
-    /// Writes a scene with these meshes in nodes "part 0", "part 1", …; returns the path.
+    /// Writes a scene with these meshes in nodes "part 0", "part 1", … Returns the path.
     std::string write(const std::vector<Primitive>& meshes) {
         Json scene = {{"asset", {{"version", "2.0"}}}, {"scene", 0}};
         std::string buffer;
@@ -67,7 +67,7 @@ class CheckVerb : public testing::Test {
         return runPeeler(arguments);
     }
 
-    /// Returns the JSON result of a check that must end with this exit code.
+    /// Returns the JSON result of a check, and expects this exit code.
     static Json json(const std::string& scene, int code, std::vector<std::string> more = {}) {
         more.push_back("--json");
         const Outcome run = check(scene, more);
@@ -146,16 +146,16 @@ TEST_F(CheckVerb, AThinWallIsAProblemIfItIsAskedFor) {
     const std::string scene = (sourceDir() / "examples" / "scenes" / "bracket.glb").string();
     const Json wall = json(scene, 0, {"--min-wall", "1.19"}).at("thinnestWall");
     EXPECT_NEAR(wall.at("thickness").get<double>(), 0.0012, 1e-9);
-    // The thinnest wall is above the window, whose upper edge is at 18.8 mm of 20.
+    // The thinnest wall is above the window, between 18.8 and 20 mm.
     EXPECT_NEAR(wall.at("from")[2].get<double>() + wall.at("to")[2].get<double>(), -0.0388, 1e-8);
     EXPECT_EQ(onlyProblem(json(scene, 3, {"--min-wall", "1.21"})), "thinWalls");
-    // If the scene's unit is the millimetre, the thickness is 0.0012 mm.
+    // In millimetres, the same thickness is 0.0012 mm.
     EXPECT_EQ(json(scene, 3, {"--min-wall", "0.0013", "--unit", "mm"}).at("metresPerUnit"), 0.001);
     EXPECT_EQ(check(scene, {"--min-wall", "0.0011", "--unit", "mm"}).exit_code, 0);
 }
 
 TEST_F(CheckVerb, AWallOfExactlyTheLeastIsGood) {
-    // This is a cube of ten millimetres whose thickness is slightly less because of rounding.
+    // A cube of 10 mm, whose thickness is slightly less because of rounding.
     const std::string ten = write({placed(cube(), 0.005F, {0.3F, 0.1F, 0.7F})});
     EXPECT_EQ(json(ten, 0, {"--min-wall", "10"}).at("verdict"), "good");
     EXPECT_EQ(onlyProblem(json(ten, 3, {"--min-wall", "10.002"})), "thinWalls");
@@ -204,7 +204,7 @@ Primitive soup(unsigned tetrahedra) {
 }
 
 TEST_F(CheckVerb, WhatCrossesEverywhereEndsAndSaysWhatIsNotDetermined) {
-    // The first part has more crossing pairs than the limit for counting them.
+    // The first part has more crossing pairs than the limit of the pair count.
     const std::string report = (dir_ / "report.json").string();
     const Outcome text =
         check(write({soup(1000), cube()}), {"--min-wall", "1", "--report", report});
@@ -223,14 +223,14 @@ TEST_F(CheckVerb, WhatCrossesEverywhereEndsAndSaysWhatIsNotDetermined) {
     EXPECT_EQ(part.at("thinnestWallCertain"), false);
     EXPECT_EQ(part.at("problems").back().at("kind"), "uncertainWall");
     EXPECT_EQ(result.at("parts")[1].at("verdict"), "good");
-    // Here all pairs can be counted, but the step limit is reached.
+    // All pairs can be counted, but the step limit is reached.
     const Json less = json(write({soup(300)}), 3).at("parts")[0];
     EXPECT_EQ(less.at("moreCrossings"), false);
     EXPECT_TRUE(less.at("unionVolume").is_null());
 }
 
 TEST_F(CheckVerb, ASpikeBesideWhichEverythingTouchesIsNotGood) {
-    // A millionth of the spike's length is larger than the rest of the part.
+    // The tolerance, a millionth of the spike's length, is larger than the rest of the part.
     Primitive spike = icosphere(5);
     for (int level = 0; level < 3; ++level)
         spike = together(spike, placed(spike, 1, {2.5F, 0, 0}));

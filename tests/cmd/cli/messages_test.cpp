@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests console output: lines, errors, progress and results, each on its stream.
+// Tests console output: lines, errors, progress and results, and their streams.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -28,7 +28,7 @@ struct Streams {
     std::ostringstream out, err;
 };
 
-/// Splits a text into lines, and expects a line feed at its end.
+/// Splits a text into lines. Expects a line feed at its end.
 std::vector<std::string> lines(const std::string& text) {
     EXPECT_TRUE(text.empty() || text.back() == '\n') << text;
     std::vector<std::string> result;
@@ -175,9 +175,9 @@ TEST(Progress, PlainIsAtMostALineASecondAndTenPercent) {
     console.setProgress(ProgressStyle::kAuto);
     console.progressLines().setClock(hand.clock());
     ProgressReport progress(console, "render");
-    progress.update(0.5);  // less than a second has passed
+    progress.update(0.5);  // less than a second since the start
     hand.pass(1.5);
-    progress.update(0.05);  // less than a tenth more is done
+    progress.update(0.05);  // less than a tenth since the start
     progress.update(0.2);
     progress.update(0.9);
     hand.pass(1);
@@ -214,7 +214,7 @@ TEST(Progress, BarIsClearedAtTheEnd) {
         EXPECT_NE(streams.err.str().find("[###############...............] 50 %"),
                   std::string::npos)
             << streams.err.str();
-        progress.update(0.51);  // too soon after the last one
+        progress.update(0.51);  // too soon after the previous line
         EXPECT_EQ(streams.err.str().find("51"), std::string::npos);
     }
     EXPECT_EQ(streams.err.str().find('\n'), std::string::npos);
@@ -224,7 +224,7 @@ TEST(Progress, BarIsClearedAtTheEnd) {
 TEST(Progress, JsonLinesBeginAtZeroAndEndAtOne) {
     Streams streams;
     Console console(streams.out, streams.err, false);
-    console.setQuiet(true);  // JSON lines are printed even so
+    console.setQuiet(true);  // JSON lines are printed even with --quiet
     HandClock hand;
     {
         console.setProgress(ProgressStyle::kJson);
@@ -260,11 +260,11 @@ TEST(Progress, NoneSaysNothing) {
     EXPECT_EQ(streams.err.str(), "");
 }
 
-/// Returns the progress lines of a style for a picture that is counted, then rendered.
+/// Returns the progress lines for a picture that is counted, then rendered.
 std::vector<std::string> toldOfTwoStages(ProgressStyle style) {
     Streams streams;
     Console console(streams.out, streams.err, true);
-    console.setQuiet(true);  // this output is printed even so
+    console.setQuiet(true);  // progress lines are printed even with --quiet
     HandClock hand;
     for (const Stage& stage : {Stage("count", kCountEnd), Stage("render")}) {
         console.setProgress(style);
@@ -280,7 +280,7 @@ std::vector<std::string> toldOfTwoStages(ProgressStyle style) {
 }
 
 TEST(Progress, AlfIsWholePercentsThatGrow) {
-    // The format is documented by Pixar's Tractor and parsed by CGRU's parsers/mantra.py.
+    // The format is documented in Pixar's Tractor and parsed in CGRU's parsers/mantra.py.
     const std::regex published("ALF_PROGRESS ([0-9]{1,3})%");
     int last = -1;
     for (const std::string& line : toldOfTwoStages(ProgressStyle::kAlf)) {
@@ -293,7 +293,7 @@ TEST(Progress, AlfIsWholePercentsThatGrow) {
 }
 
 TEST(Progress, OpenJdIsAShareOfAHundredThatNeverFalls) {
-    // The expression is from openjd-sessions, _action_filter.py.
+    // The expression is that of openjd-sessions, _action_filter.py.
     const std::regex published("^openjd_(progress|status|fail): (.+)$");
     double last = 0;
     std::vector<std::string> status;
@@ -325,7 +325,7 @@ TEST(Progress, OpenJdIsToldWhyACommandFails) {
 TEST(Report, HasEveryKeyOfTheContract) {
     PictureResult result;
     result.inputs = {"in.glb"};
-    result.output = "out\xff.exr";  // not UTF-8
+    result.output = "out\xff.exr";  // invalid UTF-8
     result.fragments_counted = 10;
     result.fragments_stored = 9;
     result.milliseconds["load"] = 1.23456;
@@ -387,7 +387,7 @@ TEST(Report, Numbers) {
     EXPECT_EQ(bytesText(999), "999 B");
     EXPECT_EQ(bytesText(1000), "1.0 kB");
     EXPECT_EQ(bytesText(999'999), "1.0 MB");
-    // These are test vectors of FNV-1a's authors.
+    // Test vectors by FNV-1a's authors.
     EXPECT_EQ(hashText(""), "cbf29ce484222325");
     EXPECT_EQ(hashText("foobar"), "85944171f73967e8");
 }

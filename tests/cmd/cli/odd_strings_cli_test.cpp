@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests strings from files and command lines that are not UTF-8, contain terminal escapes or are
-// very long. No verb may report an internal error or print them verbatim, and no verb may wait for
-// a pipe.
+// Tests strings from files and command lines that are invalid UTF-8, contain terminal escapes or
+// are very long. No verb may report an internal error, print such strings verbatim, or wait for a
+// pipe.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 
 const std::string kOdd = "*[\xe8g]la\x1b[31mss\u202e*";
 
-/// Whether the text contains no control sequences, is valid UTF-8, and is short.
+/// Whether the text is short, valid UTF-8 without control sequences.
 testing::AssertionResult isTame(const std::string& text) {
     std::string plain = text;
     for (std::size_t at = 0; (at = plain.find('\n', at)) != std::string::npos;)
@@ -38,7 +38,7 @@ class OddStrings : public testing::Test {
   protected:
     std::string at(const std::string& name) const { return (scratch_ / name).string(); }
 
-    /// Runs peeler, which must end normally and print only tame messages.
+    /// Runs peeler, which must end without an internal error and print only tame messages.
     Outcome run(const std::vector<std::string>& arguments) const {
         const Outcome result = runPeeler(arguments);
         EXPECT_NE(result.exit_code, 1) << arguments[0] << ": " << result.err;
@@ -131,7 +131,7 @@ TEST_F(OddStrings, OfAScene) {
     run({"bake", path, "-o", at("b.glb"), "--directions", "4", "--resolution", "8"});
 }
 
-/// In rendered files, texts in the header are replaced by odd ones of the same length.
+/// Replaces texts in the headers of rendered files by odd ones of the same length.
 TEST_F(OddStrings, OfAttributes) {
     const std::string scene = writeScene(scratch_.path()).string();
     const std::string layers = at("a.exr");
@@ -211,7 +211,7 @@ TEST_F(OddStrings, NothingWaitsForAPipe) {
         EXPECT_TRUE(contains(result.err + result.out, "not a regular file"))
             << command[0] << ": " << result.err;
     }
-    // With --skip-existing, existing outputs are inspected first.
+    // --skip-existing inspects existing outputs first.
     for (const std::string name : {"p.exr", "p.png", "p.html", "p.npz", "p.jpg"}) {
         ASSERT_EQ(mkfifo(at(name).c_str(), 0600), 0);
         const Outcome result =

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests the options that stand for the API's parameters, and their use in messages.
+// Tests the mapping from API parameters to options, and its use in messages.
 #include <gtest/gtest.h>
 
 #include <map>
@@ -30,8 +30,7 @@ class AllVerbs {
         }
     }
 
-    /// Whether `words` are either "peeler VERB …", with a verb that has all options in them, or an
-    /// option of some verb.
+    /// Whether `words` are "peeler VERB …" with options of that verb, or an option of any verb.
     bool understand(const std::string& words) const {
         std::istringstream stream(words);
         std::string verb, word;
@@ -47,7 +46,7 @@ class AllVerbs {
     }
 
   private:
-    /// Whether the verb, or any verb if it is empty, has the option.
+    /// Whether the verb has the option; any verb, if `verb` is empty.
     bool knows(const std::string& verb, const std::string& option) const {
         for (const auto& [name, options] : options_)
             if ((verb.empty() || name == verb) && options.knows(option)) return true;
@@ -56,7 +55,7 @@ class AllVerbs {
 
     ArgumentParser parser_;
     std::map<std::string, VerbOptions, std::less<>> options_;
-    std::vector<VerbAction> actions_;  ///< actions own the variables that options set
+    std::vector<VerbAction> actions_;  ///< own the variables that options set
 };
 
 TEST(OptionNames, AreOptionsAndVerbsThatExist) {
@@ -75,7 +74,7 @@ TEST(OptionNames, ReplaceParametersAlone) {
     EXPECT_EQ(inOptions("give a lower " + Parameter::kResolution + ", a larger " +
                         Parameter::kSpacing + " or smaller " + Parameter::kBounds),
               "give a lower --resolution, a larger --spacing or smaller --bounds");
-    // A file's name that looks like a parameter must stay.
+    // A file name that looks like a parameter must stay.
     EXPECT_EQ(inOptions("`size`.glb: leave " + Parameter::kSize + " out"),
               "`size`.glb: leave --size out");
 }

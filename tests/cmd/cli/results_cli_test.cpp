@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests the results of the verbs, and the streams on which they appear.
+// Tests the results of the verbs, and the streams to which they are printed.
 #include <ImfArray.h>
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
@@ -260,15 +260,16 @@ TEST_F(Results, CalibratedCamerasAreThoseOfNumbers) {
         EXPECT_EQ(render(options).exit_code, 0);
         return Json::parse(runPeeler({"info", image_.string(), "--json"}).out).at("camera");
     };
-    // The picture has 96 x 64 pixels and a focal length of 80. Pixel centres are whole numbers
-    // here, so the principal point is the centre.
+    // The picture has 96 x 64 pixels and a focal length of 80. In OpenCV's convention, pixel
+    // centres are whole numbers, so the principal point is the centre.
     const std::vector<std::string> asked{"--intrinsics", "80,80,47.5,31.5", "--pose", pose};
     const Json found = camera(asked);
     EXPECT_EQ(found.at("cameraToWorld"), Json::parse("[[1,0,0,0],[0,1,0,0],[0,0,1,5],[0,0,0,1]]"));
     EXPECT_DOUBLE_EQ(found.at("halfHeight"), 0.4);
     EXPECT_DOUBLE_EQ(found.at("halfWidth"), 0.6);
     EXPECT_EQ(camera({"--intrinsics", "80,80,47.5,31.5", "--pose", pose + ",0,0,0,1"}), found);
-    // Shifting the principal point by ten pixels gives a crop of a picture twenty pixels wider.
+    // If the principal point moves by ten pixels, the picture is a crop of one that is twenty
+    // pixels wider.
     const Json aside = camera({"--intrinsics", "80,80,57.5,31.5", "--pose", pose});
     EXPECT_EQ(aside.at("width"), 116);
     EXPECT_EQ(aside.at("crop"), Json::parse("[0,0,96,64]"));
@@ -288,7 +289,7 @@ TEST_F(Results, FlatImagesAreWritten) {
     std::vector<std::string> first{"render",        scene_.string(), "-o",
                                    direct.string(), "--size",        "96x64"};
     std::vector<std::string> second{"flatten", image_.string(), "-o", flat.string()};
-    // These are the settings with which the EXR was rendered.
+    // The settings with which the EXR was rendered.
     first.insert(first.end(), {"--samples", "1", "--environment", "none"});
     first.insert(first.end(), look.begin(), look.end());
     second.insert(second.end(), look.begin(), look.end());
@@ -329,7 +330,7 @@ TEST_F(Results, InfoOnAScene) {
     EXPECT_EQ(json.at("cameras").at(0).at("name"), "front");
     EXPECT_EQ(json.at("bounds").at("min").size(), 3U);
     EXPECT_TRUE(json.at("warnings").empty());
-    // There are names for all IDs: every node, and every material plus glTF's default.
+    // All IDs have names: those of every node, and of every material plus glTF's default.
     EXPECT_EQ(json.at("objectNames").size(), 6U);
     EXPECT_EQ(json.at("materialNames").size(), 2U);
     const std::string first = json.at("objectNames").at(0);

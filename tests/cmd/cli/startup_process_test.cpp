@@ -20,10 +20,11 @@ fs::path exampleScene(const std::string& name) {
     return sourceDir() / "examples" / "scenes" / name;
 }
 
-/// A copy of peeler and its modules in another place.
+/// A copy of peeler and its modules in another folder.
 class Copy {
   public:
-    /// Copies to these paths in a scratch folder; without modules if `modules` is empty.
+    /// Copies the program and its modules to these paths in a scratch folder. Copies no modules if
+    /// `modules` is empty.
     Copy(const std::string& program, const std::string& modules) : program_(scratch_ / program) {
         fs::create_directories(program_.parent_path());
         fs::copy(peelerBinary(), program_);
@@ -43,7 +44,7 @@ class Copy {
     fs::path program_;
 };
 
-/// Returns the names of the libraries that the dynamic linker reports to load.
+/// Returns the names of the libraries that the dynamic linker loads.
 std::string loadedBy(const std::vector<std::string>& arguments) {
     const ScratchDir scratch;
     const CommandResult result = runPeelerProcess(
@@ -149,7 +150,7 @@ fs::path webpScene(const ScratchDir& scratch) {
     return scratch / "scene.gltf";
 }
 
-/// Writes the triangle with a declaration that it is compressed with Draco.
+/// Writes the triangle as one that claims Draco compression.
 fs::path dracoScene(const ScratchDir& scratch) {
     constexpr const char* kName = "KHR_draco_mesh_compression";
     nlohmann::json scene = triangleScene();
@@ -183,8 +184,8 @@ TEST(Startup, AModuleThatIsMissingIsSaidAndLeavesNoFile) {
         EXPECT_EQ(copy.render(jellyfish, output).exit_code, 0) << "needs none";
         fs::remove(copy.out() / output);
     }
-    // The first command needs the module to write a picture; the second to read a texture, which it
-    // must not blame.
+    // The first command needs the module to write a picture, the second to read a texture. The
+    // texture is intact, so the error must not name it.
     for (const auto& [scene, output] :
          {std::pair(jellyfish, "picture.jpg"), std::pair(webpScene(scratch), "layers.exr")}) {
         const CommandResult result = copy.render(scene, output);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests that a path that cannot be examined is neither replaced nor skipped, but reported before
-// any work. Such paths are below a symbolic link to itself, where not even root can examine
-// anything.
+// Tests that a path that cannot be examined is reported before any work, and is neither replaced
+// nor skipped. Such paths are below a symbolic link to itself, which not even root can follow.
 #include <gtest/gtest.h>
 
 #include <filesystem>

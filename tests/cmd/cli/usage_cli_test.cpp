@@ -35,7 +35,7 @@ TEST(Help, OfEveryVerbFitsATerminal) {
         EXPECT_EQ(result.exit_code, 0) << verb.name;
         EXPECT_EQ(result.err, "") << verb.name;
         EXPECT_TRUE(contains(result.out, std::string(verb.summary))) << result.out;
-        // These verbs print their results as JSON lines only.
+        // batch and worker always print their results as JSON lines.
         const bool lines = verb.name == "batch" || verb.name == "worker";
         const char* const form = lines ? "JSON line" : "--json";
         EXPECT_TRUE(contains(result.out, form)) << result.out;
@@ -123,9 +123,9 @@ TEST(Usage, NoVerbShowsTheHelpOnStderr) {
     EXPECT_TRUE(contains(result.err, "peeler: error: no verb given"));
 }
 
-/// A command line that is refused, and words that its message must contain.
+/// A rejected command line, and texts that its message must contain.
 struct Refused {
-    std::vector<std::string> arguments;  ///< SCENE and OUT stand for paths
+    std::vector<std::string> arguments;  ///< SCENE and OUT are replaced by paths
     std::vector<std::string> parts;
 };
 
@@ -246,7 +246,7 @@ INSTANTIATE_TEST_SUITE_P(
         refusedRender({"--report", "OUT/a.exr"}, {"--report", "replace"}),
         Refused{{"flatten", "SCENE", "-o", "OUT/a.exr", "--layers", "none"}, {"--layers none"}}));
 
-/// Empty values are refused, as they come from "$NAME" in a script if NAME is unset.
+/// An empty value is an error, because it often comes from "$NAME" in a script without NAME.
 TEST(Usage, NothingMeansAnEmptyValue) {
     const auto refused = [](const std::vector<std::string>& arguments, const std::string& where) {
         const Outcome result = runPeeler(arguments);

@@ -14,7 +14,7 @@
 namespace peeler::cmd {
 namespace {
 
-/// Returns the kind of the Error that `work` throws, or kInternal if it throws none.
+/// Returns the kind of the Error that `work` throws; kInternal if it throws none.
 template <class Work>
 ErrorKind thrown(Work&& work) {
     try {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests damaged scenes, missing files, folders and full disks. Each has its exit code and a message
-// with problem, place and remedy; no file is left.
+// Tests damaged scenes, missing files, folders and full disks. Each gives its exit code and a
+// message with problem, place and remedy, and leaves no file.
 #include <gtest/gtest.h>
 #include <sys/mount.h>
 #include <unistd.h>
@@ -122,7 +122,7 @@ TEST_F(WrongInput, OutputFolderThatTakesNothing) {
         {"render", scene.string(), "-o", (scratch_ / "absent" / "a.exr").string(), "--no-mkdir"});
     expectRefused(absent, 4, {"absent/a.exr"});
     expectRefused(renderTo(scene / "a.exr"), 4, {"scene.gltf/a.exr"});
-    expectRefused(renderTo(out_), 2, {out_.string()});  // the folder's name has no extension
+    expectRefused(renderTo(out_), 2, {out_.string()});  // a folder without an extension
 
     const fs::path named = scratch_ / "folder.exr";
     fs::create_directory(named);

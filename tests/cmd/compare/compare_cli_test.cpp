@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 
 class CompareCommand : public testing::Test {
   protected:
-    /// Writes a layered file of random fragments, modified by `change`; returns the path.
+    /// Writes a layered file of random fragments, modified by `change`. Returns the path.
     std::string write(const std::string& name,
                       const std::function<void(SyntheticPicture&)>& change = {}) const {
         SyntheticOptions options;
@@ -47,15 +47,15 @@ class CompareCommand : public testing::Test {
     ScratchDir scratch_;
 };
 
-/// Adds `amount` to red, which is a quarter of all values.
+/// Adds `amount` to all red values, which are a quarter of all values.
 void addRed(SyntheticPicture& picture, float amount) {
     auto colors = picture.image.color.as<float>();
     for (std::size_t i = 0; i < colors.size(); i += 4)
         colors[i] += amount;
 }
 
-/// Removes the last fragment of each of the first `pixels` pixels with two fragments, and corrects
-/// the plan.
+/// Removes the last fragment of each of the first `pixels` pixels that have two fragments, and
+/// corrects the plan.
 void dropFragments(SyntheticPicture& picture, int pixels) {
     LayeredImage& image = picture.image;
     for (std::size_t p = 0; p < image.window.pixels() && pixels > 0; ++p) {
@@ -118,7 +118,7 @@ TEST_F(CompareCommand, ThresholdsAreLimitsOfTheExitCode) {
         std::vector<std::string> thresholds;
         int exit_code;
     };
-    const Row rows[] = {{{"--max-color", "0.26"}, 1},  // the threshold of depth is still 0
+    const Row rows[] = {{{"--max-color", "0.26"}, 1},  // --max-depth is 0 by default
                         {{"--max-depth", "0.126"}, 1},
                         {{"--max-depth", "0.126", "--max-color", "0.26"}, 0},
                         {{"--max-depth", "0.126", "--max-color", "0.24"}, 1},
@@ -166,7 +166,7 @@ TEST_F(CompareCommand, FlatImagesAgainstLayers) {
     const std::string a = write("a.exr");
     ASSERT_EQ(runPeeler({"flatten", a, "-o", path("flat.exr")}).exit_code, 0);
     EXPECT_EQ(compare({a, path("flat.exr")}).exit_code, 0);
-    // The fragments are too bright for a TIFF, so the difference is the part that is clipped.
+    // A TIFF clips the bright fragments, so the clipped part is the difference.
     ASSERT_EQ(runPeeler({"flatten", a, "-o", path("flat.tif")}).exit_code, 0);
     const Json clipped = json({a, path("flat.tif")});
     EXPECT_EQ(clipped.at("byLayer"), false);

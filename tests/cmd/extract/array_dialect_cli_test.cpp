@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tests that arrays of the same name have the same meaning in extract and rays: the arrays for a
-// camera's pixels agree, and our example reader understands both, and those of earlier versions.
+// camera's pixels agree. The example reader reads the files of both verbs, and those of earlier
+// versions.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -69,14 +70,14 @@ class ArrayDialect : public testing::Test {
         const Outcome result = runPeeler(line);
         ASSERT_EQ(result.exit_code, 0) << result.err;
     }
-    /// Writes the pixels of a scene's camera with both verbs, using their defaults, on the same
+    /// Writes the pixels of a scene's camera with both verbs and their defaults, on the same
     /// device.
     void make(const std::string& scene, const std::string& camera) const {
         run({"render", scene, "-o", path("in.exr"), "--camera", camera, "--size", "96x54",
              "--precision", "float", "--channels",
              "normal,geometric-normal,facing,position,id,barycentric,distance"});
         run({"extract", path("in.exr"), "--npz", path("extract.npz")});
-        // The rays must have the rasteriser's depths, as a picture has.
+        // Without refinement, rays have the rasteriser's depths, like pictures.
         run({"rays", scene, "-o", path("rays.npz"), "--camera", camera, "--size", "96x54",
              "--no-refine", "--engine", "gl"});
     }
@@ -96,7 +97,7 @@ TEST_F(ArrayDialect, TheDefaultMaterialIsNone) {
     PEELER_REQUIRE_PYTHON("numpy");
     Json scene = stackScene(3);
     Json& primitives = scene["meshes"][0]["primitives"];
-    primitives[0].erase("material");  // the default material is one-sided, but seen from its front
+    primitives[0].erase("material");  // the default material is one-sided, seen from the front
     const std::string file = writeScene(scratch_.path(), scene);
     make(file, "front");
     const Outcome none = runPython(R"(
@@ -126,7 +127,7 @@ TEST_F(ArrayDialect, OurReaderTakesBothAndThoseOfBefore) {
     const Outcome told = runCommand({python(), reader, path("many.npz")});
     EXPECT_EQ(told.exit_code, 0) << told.err;
     EXPECT_EQ(told.out.find("points: "), 0U) << told.out;
-    // A file may lack arrays that the reader does not need, but no others.
+    // A file may lack only arrays that the reader does not need.
     run({"rays", scene_, "-o", path("some.npz"), "--axes", "--resolution", "8", "--columns",
          "t_hit"});
     EXPECT_EQ(runCommand({python(), reader, path("some.npz")}).exit_code, 0);
@@ -135,7 +136,7 @@ TEST_F(ArrayDialect, OurReaderTakesBothAndThoseOfBefore) {
     const Outcome lacking = runCommand({python(), reader, path("ids.npz")});
     EXPECT_EQ(lacking.exit_code, 1);
     EXPECT_NE(lacking.err.find("no array t_hit"), std::string::npos) << lacking.err;
-    // Positions of one file can be used as points in the other verb.
+    // Positions from one verb's file can be points for the other verb.
     run({"rays", scene_, "-o", path("next.npz"), "--points", path("extract.npz"), "--directions",
          "1", "--resolution", "32"});
 }
@@ -158,7 +159,7 @@ TEST_F(ArrayDialect, FacesAreThoseOfPicturesForTheRaysOfACamera) {
     EXPECT_LT(hits(camera), hits(with(camera, "both")));
     EXPECT_EQ(hits(direction), hits(with(direction, "both")));
     EXPECT_LT(hits(with(direction, "gltf")), hits(direction));
-    // Thickness needs both faces of one-sided surfaces, even for the rays of a camera.
+    // Thickness needs both faces of one-sided surfaces, even for camera rays.
     const Outcome inside = runPeeler({"rays", scene_, "--camera", "main", "--size", "16x9", "--map",
                                       "thickness", "-o", path("t.exr"), "-q"});
     EXPECT_EQ(inside.exit_code, 0) << inside.err;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests the memory for reading bands: no band exceeds the maximum that its reader states, and a
-// budget shrinks bands until they fit.
+// Tests the memory for reading bands: no band exceeds its reader's stated maximum, and a budget
+// reduces the band height.
 #include "cmd/extract/band_memory.h"
 
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ using cmd::BandUse;
 
 constexpr std::uint64_t kMegabyte = std::uint64_t{1} << 20;
 
-/// A picture of 1000 × 1000 pixels that states sizes but is never read.
+/// A picture of 1000 × 1000 pixels with stated sizes. The test must never read it.
 class Promised final : public LayeredInput {
   public:
     Promised() { info_.plan.view.crop = {0, 0, 1000, 1000}; }
@@ -56,9 +56,9 @@ TEST(BandMemory, CountsWhatIsThereAtATime) {
     };
     const std::uint64_t nothing = bandMemory(input, 10, use(0));
     EXPECT_EQ(bandMemory(input, 10, use(1)) - nothing, 20'000U);
-    // If there is only one band, the output is made after the input has been freed.
+    // With a single band, the input is freed before the output is made.
     EXPECT_EQ(bandMemory(input, 1000, use(1)), bandMemory(input, 1000, use(0)));
-    // If one layer is chosen, each pixel has at most one fragment.
+    // With one layer, each pixel has at most one fragment.
     const auto one = [](int) { return BandUse{.made = {.fragment = 1}, .layers = 1}; };
     EXPECT_EQ(bandMemory(input, 10, one) - nothing, 10'000U);
     DepthComplexity counted(input.info().plan.view.crop);
@@ -102,7 +102,7 @@ TEST(BandMemory, NoBandHasMoreThanItsReaderSays) {
     const test::SyntheticPicture picture = test::makePicture({});
     const std::filesystem::path layered = scratch / "layered.exr", deep = scratch / "deep.exr";
     OutputOptions options;
-    options.provenance.version = "1.2.3";  // the reader trusts headers of this program
+    options.provenance.version = "1.2.3";  // the reader trusts headers written by peeler
     ExrLdiWriter layered_writer(layered, options);
     test::writePicture(layered_writer, picture, {1 << 20});
     ExrDeepWriter deep_writer(deep, options);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests peeler extract: known fragments become known points, arrays and files, which other programs
-// read back.
+// Tests peeler extract: known fragments become known points, arrays and files. Other programs read
+// these back.
 #include <Imath/half.h>
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFrameBuffer.h>
@@ -24,8 +24,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A Python program that prints {"property": [values]} of a binary PLY, read by twenty independent
-/// lines that follow the standard.
+/// A Python program that prints {"property": [values]} of a binary PLY. It is an independent reader
+/// that follows the standard.
 constexpr const char* kReadPly = R"(
 import json, sys, numpy
 types = {'float': '<f4', 'double': '<f8', 'uchar': 'u1', 'uint': '<u4'}
@@ -89,7 +89,7 @@ SyntheticPicture knownPicture() {
 // 2(j + 0.5)/4)z up.
 const Json kX = {12, 18, 14, 26}, kY = {21, 24, 18, 12}, kZ = {29, 26, 28, 38};
 
-/// Returns the k-th fragment of every pixel that has one.
+/// Returns the k-th fragment, counted from 0, of every pixel that has one.
 LayeredImage layerByHand(const LayeredImage& image, std::uint32_t k) {
     LayeredImage layer = image;
     layer.offsets = {0};
@@ -159,7 +159,7 @@ TEST_F(ExtractCommand, PointsLieWhereTheFragmentsAre) {
         EXPECT_EQ(points.at("blue"), (Json{0, 255, 0, 0}));
         EXPECT_EQ(points.at("alpha"), (Json{128, 255, 64, 0}));
         EXPECT_EQ(points.at("layer"), (Json{0, 1, 0, 0}));
-        // IDs in the EXR are greater by 1.
+        // IDs in the EXR are larger by 1.
         EXPECT_EQ(points.at("material"), (Json{99, 100, 101, 102}));
         EXPECT_EQ(points.at("node"), (Json{4294967279, 4294967280, 4294967281, 4294967282}));
         EXPECT_EQ(points.size(), 13U);
@@ -252,7 +252,7 @@ TEST_F(ExtractCommand, APictureOfALayerIsStraightAndEncoded) {
     const FlatImage flat = readFlatImage(path("l.png"));
     // The picture covers the crop, not only the layer's data window.
     EXPECT_EQ(flat.image.window, (Window{0, 0, 2, 2}));
-    EXPECT_NEAR(flat.image.rgba[0][0], 0.5F, 2e-3F);  // premultiplied again
+    EXPECT_NEAR(flat.image.rgba[0][0], 0.5F, 2e-3F);  // premultiplied by readFlatImage()
     EXPECT_NEAR(flat.image.rgba[0][3], 0.5F, 2e-3F);
     EXPECT_EQ(flat.image.rgba[1][3], 0);
     ASSERT_EQ(extract({in, "-o", path("m.##.png"), "--layer", "1", "--layer", "0-1", "--tone-map",
@@ -399,7 +399,7 @@ TEST_F(ExtractCommand, WhatItRefuses) {
     const Outcome result = extract({path("damaged.exr"), "--points", path("p.ply")});
     EXPECT_EQ(result.exit_code, 3) << result.err;
     EXPECT_EQ(scratch_.files().size(),
-              3U);  // the files from before; neither an output nor a temporary file
+              3U);  // the earlier files; neither an output nor a temporary file
 }
 
 }  // namespace

@@ -18,7 +18,7 @@
 namespace peeler::test {
 namespace {
 
-/// Returns two squares of 2 x 2 at Z = 0 and 1, which the tests view orthographically from above.
+/// Returns two 2 x 2 squares at Z = 0 and 1. The tests view them orthographically from above.
 std::shared_ptr<const Scene> twoSquares() {
     Scene scene;
     scene.materials.emplace_back();
@@ -65,8 +65,7 @@ TEST(Library, RendersScenesMadeOfArrays) {
     Renderer renderer(ofTests());
     const View view = viewOf(shown, fromAbove());
     const LayeredImage image = renderer.layers(shown, view);
-    // The squares fill a quarter of the picture, 16 x 16 pixels, with two layers at distances 2 and
-    // 3.
+    // The squares fill a quarter of the picture, 16 x 16 pixels: two layers, at distances 2 and 3.
     ASSERT_EQ(image.fragments(), 2U * 16 * 16);
     for (int y = 0; y < 32; ++y) {
         for (int x = 0; x < 32; ++x) {
@@ -210,8 +209,8 @@ TEST(Library, LeavesTheCallersContextCurrent) {
         const auto own = gl::createContext({.backend = testBackend()});
         const Shown shown{twoSquares()};
         const View view = viewOf(shown, fromAbove());
-        // This renderer is created before the library runs and used afterwards. If another context
-        // were current then, its objects would be invalid.
+        // This renderer is created before the library runs and used afterwards. If the library left
+        // another context current, this renderer's objects would be invalid.
         const PosedScene posed(*shown.scene, 0);
         GlRenderer within(*own, posed);
         const Captured before = capture(within, view);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests commands that are started with closed standard streams, as by `2>&-`.
+// Tests commands that start with closed standard streams, as by `2>&-`.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -28,7 +28,7 @@ class ClosedStreams : public testing::TestWithParam<const char*> {
     const std::string alone_ = (scratch_ / "alone.png").string();
 };
 
-/// A regression test: the second of two frames used to contain the messages of the first.
+/// A regression test: the second of two frames used to contain messages of the first.
 TEST_P(ClosedStreams, ArePartOfNoOutput) {
     ASSERT_EQ(runPeeler({"render", scene_, "-o", scratch_ / "as.##.png", "--frames", "1-3",
                          "--size", "32x18"})
@@ -42,7 +42,7 @@ TEST_P(ClosedStreams, ArePartOfNoOutput) {
             << frame;
 }
 
-/// A batch must start jobs with pipes as streams, whatever its own streams are.
+/// A batch must start jobs with pipes as streams, even if its own streams are closed.
 TEST_P(ClosedStreams, AreNotThoseOfJobs) {
     ASSERT_EQ(runPeeler({"render", scene_, "-o", alone_, "--size", "32x18"}).exit_code, 0);
     const Json job{
@@ -56,7 +56,7 @@ TEST_P(ClosedStreams, AreNotThoseOfJobs) {
 INSTANTIATE_TEST_SUITE_P(Each, ClosedStreams,
                          testing::Values("<&-", ">&-", "2>&-", "<&- 2>&-", "<&- >&- 2>&-"));
 
-/// If the output was requested on a closed stream, the command must report an error.
+/// A command must report an error if its output was requested on a closed stream.
 TEST(ClosedStandardOutput, IsAnErrorWhereItIsNeeded) {
     const ScratchDir scratch;
     const std::string scene = writeScene(scratch.path(), stackScene(3)).string();

@@ -1,12 +1,13 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Fault injection: support/failing_calls makes the n-th call of a kind fail, in the named command of COMMANDS. After
-any failure the command must end by itself, with the right exit code and a message with the reason, without a partial
-file under a final name, and without a hidden file. Prints a table: the kind of call, the number of such calls, the
-number tried, and the command's outcomes.
+any failure the command must end by itself, with the right exit code, a message with the reason, no partial file under a
+final name, and no hidden file. Prints a table: the kind of call, the number of such calls, the number tried, and the
+command's outcomes.
 
-With PEELER_TEST_ALL it tries every call; there are tens of thousands of allocations, so it tries one per call path,
-at most MOST. Otherwise it tries one or two calls in a third of the rows, a different third for each command."""
+With PEELER_TEST_ALL it tries every call, except allocations: there are tens of thousands, so it tries one per call
+path, at most MOST. Otherwise it tries one or two calls in a third of the rows, a different third for each command.
+"""
 
 import collections
 import errno
@@ -27,16 +28,16 @@ PEELER = os.environ["PEELER"]
 SHIM = os.environ["PEELER_FAILING_CALLS"]
 ALL = bool(os.environ.get("PEELER_TEST_ALL"))
 MOST = 300  # the most allocations of one kind to try
-TIME_LIMIT = 60  # in seconds; no command takes longer than two
-# The number of calls to try in the short run, where it is not 1.
+TIME_LIMIT = 60  # in seconds; every command takes less than two
+# The number of calls to try in the short run (default: 1).
 FEW = {"allocation": 2, "c_allocation": 3, "large_allocation": 2, "gl": 2, "thread": 9}
-# These kinds are tried in every row: few commands make such calls, they find the most faults, or there are few of them.
+# Kinds that are tried in every row: few commands make such calls, they find the most faults, or there are few calls.
 ALWAYS = ("allocation", "mmap", "child", "gl", "thread")
 
 GL = ["--backend", "egl", "--threads", "1", "--size", "32x18"]
 
-# PREPARED makes the inputs in IN; OUT is an empty folder. Each command gives the same bytes whenever it runs, except
-# for the times in a report.
+# PREPARED makes the inputs in IN; OUT is an empty folder. The output of each command is repeatable, except for the
+# times in a report.
 PREPARED = [
     ["render", SCENE, "-o", "IN/layers.exr", *GL],
     ["render", SCENE, "-o", "IN/tile.1.exr", "--tile", "1/2", *GL],
@@ -94,7 +95,8 @@ COMMANDS = {
 Failure = collections.namedtuple("Failure", "call how error codes message")
 MEMORY, OUTPUT, DEVICE, INPUT, INTERNAL = {33}, {4}, {5}, {3}, {1}
 FAILURES = [
-    # Only large allocations fail: while they succeed, smaller ones would, too, and operator new tries again.
+    # As under a memory limit: all later allocations of at least the same size fail, too. A single failure is not
+    # enough, because operator new tries again.
     Failure("allocation", "large", errno.ENOMEM, MEMORY, "memory"),
     Failure("large_allocation", "once", errno.ENOMEM, MEMORY, "memory"),
     Failure("c_allocation", "once", errno.ENOMEM, MEMORY, "memory"),
@@ -135,10 +137,10 @@ FAILURES = [
     Failure("gl_error", "once", 0, MEMORY | DEVICE, "GL driver ran out of memory|context was lost"),
 ]
 
-# OpenEXRCore reports a lack of memory in zlib in the same way as a chunk that unpacks to more than expected.
+# OpenEXRCore reports lack of memory in zlib in the same way as a chunk that unpacks to more than expected.
 AMBIGUOUS = "unable to decompress"
 
-# The input and output of a decoder are files in memory, written like other files.
+# A decoder's input and output are files in memory, which are written like other files.
 IN_MEMORY = "no memory for a decoder's data"
 
 # OpenEXR itself opens the file once to read it back.
@@ -179,7 +181,7 @@ class Command:
         (self.folder / "in" / "jobs.jsonl").write_text(text)
 
     def run(self, failure=None, number=0, afresh=True):
-        """Runs the command, failing the call of this number; 0 = none."""
+        """Runs the command, and makes the call of this number fail; 0 = none."""
         for name in ("out", "out.moved", "tmp"):
             if afresh or name == "tmp":
                 shutil.rmtree(self.folder / name, ignore_errors=True)
@@ -224,7 +226,7 @@ class Command:
         return [n for n in self.files() if n.startswith(".")] + os.listdir(self.folder / "tmp")
 
     def not_whole(self):
-        """Yields the faults of files that have their final names."""
+        """Yields the faults of files with final names."""
         files = self.files()
         if "sample.png" in files and set(files) < set(self.reference):
             yield f"of files that belong together there are {sorted(files)}"
@@ -243,7 +245,7 @@ class Command:
 
 
 def times_in(value):
-    """Yields all times in milliseconds of a report."""
+    """Yields all times in a report, in milliseconds."""
     if isinstance(value, list):
         for entry in value:
             yield from times_in(entry)
@@ -259,7 +261,8 @@ def times_in(value):
 
 
 def not_json(name, data):
-    """Yields the faults of JSON. In JSON lines, the last line may be partial because lines are written as jobs end."""
+    """Yields the faults of JSON. The last of several JSON lines may be partial, because lines are written while jobs
+    end."""
     texts = data.decode().splitlines(keepends=True) if name.endswith(".jsonl") else [data.decode()]
     for text in texts:
         if name.endswith(".jsonl") and not text.endswith("\n"):
@@ -281,7 +284,8 @@ def members(data, folder):
 
 
 def not_samples(name, data, wanted):
-    """Yields the faults of a shard. After an interruption it may have fewer samples, but each must be complete."""
+    """Yields the faults of a shard. After an interruption it may have fewer samples, but all of them must be
+    complete."""
     with tempfile.TemporaryDirectory() as folder:
         try:
             found = members(data, pathlib.Path(folder))
@@ -322,7 +326,7 @@ def problems_of(command, failure, run):
             yield f"a message without '{message}'"
     if command.hidden() and failure.error != errno.EROFS:
         yield f"hidden files are left: {command.hidden()}"
-    # On a read-only file system, hidden files cannot be removed; the next run must do it.
+    # On a read-only file system, hidden files cannot be removed; the next run must remove them.
     if command.hidden() and failure.error == errno.EROFS:
         again = command.run(afresh=False)
         if again.code != 0 or command.hidden() or any(command.not_whole()):
@@ -330,12 +334,12 @@ def problems_of(command, failure, run):
 
 
 def numbers_of(failure, counted, places):
-    """Returns the numbers of the calls that are to fail, one at a time."""
+    """Returns the numbers of the calls that are to fail, in separate runs."""
     count = counted[failure.call]
     if failure.call in ("allocation", "c_allocation"):
         numbers, most = sorted(places), MOST
     elif failure.call == "room":
-        # There is room for one byte less than a write needs, for none of the next write, and for one byte of it.
+        # The space ends one byte before the end of a write, at the end, or one byte after the end.
         ends = {0, *places}
         numbers = sorted(n for end in ends for n in (end, end + 1, end + 2) if 0 < n <= count)
         most = len(numbers)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests processor and memory limits, which are read from invented file trees and variables.
+// Tests processor and memory limits, read from simulated file trees and variables.
 #include "cmd/machine/limits.h"
 #include "cmd/machine/resources.h"
 
@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 constexpr std::uint64_t kMebi = 1 << 20;
 
-/// A machine whose files (by path below its root) and variables are invented.
+/// A simulated machine with these files (by path below its root) and variables.
 class FakeMachine {
   public:
     FakeMachine& file(const std::string& path, const std::string& text) {
@@ -108,7 +108,7 @@ TEST(Limits, OfBothVersionsCountWhereBothAreMounted) {
     EXPECT_EQ(machine.processors()->amount, 4U);
 }
 
-/// A container may mount only its own group, while the path in /proc is relative to the host's
+/// A container may mount only its own cgroup, while the path in /proc is relative to the host's
 /// root.
 TEST(Limits, OfAContainerAreFoundBelowItsMount) {
     FakeMachine machine;

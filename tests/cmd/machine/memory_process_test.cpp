@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests that memory budgets are kept and do not affect the file.
+// Tests that memory budgets are kept, and that they do not change the file.
 #include <gtest/gtest.h>
 
 #include <cstdint>
@@ -28,8 +28,8 @@ nlohmann::json renderEngine(const fs::path& out, const std::vector<std::string>&
 TEST(Memory, AHugePictureStaysUnderItsBudget) {
     if (kShadowMemory) GTEST_SKIP() << "its memory is not the product's";
     const ScratchDir scratch;
-    // Even in the short run, the picture has more than one raster tile and would exceed its budget
-    // if captured at once.
+    // Even in the short run, the picture has more than one raster tile and would exceed the budget
+    // without bands.
     const std::string size = exhaustive() ? "8192x4096" : "8192x2048";
     const std::uint64_t budget = exhaustive() ? 2048 : 500;  // in MiB
     const auto json =
@@ -73,8 +73,8 @@ TEST(Memory, ABudgetCutsBandsOfFxaaAndChangesNoByte) {
     }
 }
 
-/// Memory that one plan leaves allocated must not be counted again when the next plan shares the
-/// budget.
+/// Memory that stays allocated after one plan must not be counted twice when the next plan shares
+/// the budget.
 TEST(Memory, ABudgetServesShadowMapsSamplesAndEveryMethodInTurn) {
     if (kShadowMemory) GTEST_SKIP() << "its memory is not the product's";
     const ScratchDir scratch;
@@ -89,7 +89,8 @@ TEST(Memory, ABudgetServesShadowMapsSamplesAndEveryMethodInTurn) {
     };
     const std::string out = scratch / "out.exr", page = scratch / "page.png";
     keeps("400M", {"render", "-o", out, "--size", "1600x1200", "--shadows"});
-    // Some budgets may be exceeded slightly (examples/guide/limits.md, "Memory"), but not this one.
+    // Some jobs may exceed their budget slightly (examples/guide/limits.md, "Memory"); these must
+    // not.
     keeps("390M", {"render", "-o", out, "--size", "1600x1200", "--samples", "4"});
     keeps("420M", {"render", "-o", out, "--size", "800x600", "--samples", "4", "--surfaces",
                    "visible", "--as", "composite", "--method", "dual"});

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests threads, memory and devices under a scheduler. GPUs are invented by the EGL of
-// support/fake_egl.
+// Tests threads, memory and devices under a scheduler. support/fake_egl simulates the GPUs.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -21,9 +20,9 @@ namespace {
 namespace fs = std::filesystem;
 using Strings = std::vector<std::string>;
 
-/// Returns an environment without settings of a scheduler that may run the tests themselves.
+/// Returns an environment without the settings of a scheduler that may run the tests.
 Strings with(const Strings& more) {
-    Strings environment = more;  // comes first, since the first occurrence of a name counts
+    Strings environment = more;  // first, because the first occurrence of a name counts
     for (const char* name : {"SLURM_CPUS_PER_TASK=", "SLURM_MEM_PER_NODE=", "SLURM_MEM_PER_CPU=",
                              "CUE_THREADS=", "CUE_MEMORY="})
         environment.emplace_back(name);
@@ -74,7 +73,7 @@ TEST(Devices, TellWhatTheMachineAllows) {
     EXPECT_FALSE(json.at("memory").at("source").get<std::string>().empty());
 }
 
-/// A child of our own cgroup, if the machine permits one, removed with the object.
+/// A child of our own cgroup, if the machine permits one. The destructor removes it.
 class RealCgroup {
   public:
     explicit RealCgroup(const fs::path& parent)
@@ -123,7 +122,7 @@ TEST(RealCgroups, LimitProcessors) {
     GTEST_SKIP() << "no cgroup of a CPU controller may be made here (root and a writable one)";
 }
 
-/// Runs commands with a limit for processes and threads, which includes the command itself.
+/// Runs commands with a limit for processes and threads, including the command itself.
 class FewThreads : public testing::TestWithParam<const char*> {
   protected:
     void SetUp() override {
@@ -203,7 +202,7 @@ class FakeGpus : public Resources {
         environment.insert(environment.end(), more.begin(), more.end());
         return environment;
     }
-    /// Returns the renderer that the picture records, or the exit code.
+    /// Returns the renderer recorded in the picture, or the exit code.
     std::string rendererOf(const Strings& options, const Strings& variables) const {
         const CommandResult run = render(options, gpus(variables));
         if (run.exit_code != 0) return std::to_string(run.exit_code);
@@ -252,7 +251,7 @@ TEST_F(FakeGpus, ThatCudaHidesAreNotUsedByJobs) {
     EXPECT_NE(run.out.find("Fake GPU 2"), std::string::npos) << run.out;
 }
 
-/// Hits of rays are found by a GPU if there is one, otherwise by the CPU.
+/// A GPU finds the hits of rays if there is one, otherwise the CPU.
 TEST_F(FakeGpus, FindHits) {
     const auto found = [&](const Strings& options, const Strings& variables) {
         Strings arguments = {"rays",   scene_.string(), "-o", (scratch_ / "a.npz").string(),
@@ -274,7 +273,7 @@ TEST_F(FakeGpus, FindHits) {
     EXPECT_EQ(hidden, "cpu ");
 }
 
-/// The fake EGL ends the process if attributes of the forbidden GPU are read.
+/// The fake EGL ends the process if the attributes of the forbidden GPU are read.
 TEST_F(FakeGpus, OfOthersAreLeftAlone) {
     EXPECT_EQ(rendererOf({}, {"PEELER_FAKE_EGL_FORBIDDEN=0"}), "Fake GPU 1");
     const CommandResult run =

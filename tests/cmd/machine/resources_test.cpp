@@ -28,7 +28,8 @@ std::string rasterizer() {
 class Threads : public testing::Test {
   protected:
     void SetUp() override { forget(); }
-    // CUE_THREADS must not remain, because OpenImageIO's programs, which later tests start, use it.
+    // CUE_THREADS must not remain set, because later tests start OpenImageIO's programs, which read
+    // it.
     void TearDown() override { forget(); }
 
   private:
@@ -40,7 +41,7 @@ class Threads : public testing::Test {
 
 TEST_F(Threads, AreTheSameInLoopsRasterizerAndLibraries) {
     setThreads(3);
-    imageLibrary();  // sets its threads when it is loaded, and at every later change
+    imageLibrary();  // sets its number of threads when it is loaded, and at every later change
     EXPECT_EQ(threadCount(), 3);
 #ifndef __SANITIZE_THREAD__  // such builds use no threads
     EXPECT_EQ(rasterizer(), "3");

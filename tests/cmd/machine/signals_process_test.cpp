@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests that renders leave no files behind when they are interrupted.
+// Tests that interrupted renders leave no files.
 #include <gtest/gtest.h>
 #include <sys/types.h>
 
@@ -18,8 +18,8 @@ namespace {
 namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 
-/// Waits until a temporary file has bytes. Returns the ID of the process that writes it, which the
-/// file's name contains; 0 if the run ends without such a file.
+/// Waits until a temporary file contains bytes. Returns the ID of the process that writes it, which
+/// is part of the file's name; 0 if the run ends without such a file.
 pid_t waitForWriter(const fs::path& folder, const std::future<CommandResult>& run) {
     const std::string mark = ".peeler-";
     while (run.wait_for(10ms) != std::future_status::ready) {
@@ -40,13 +40,13 @@ class Signals : public testing::TestWithParam<int> {};
 
 TEST_P(Signals, LeaveNothingBehind) {
     const int number = GetParam();
-    // Background jobs of a shell ignore SIGINT, which the test's children would inherit.
+    // A shell's background jobs ignore SIGINT, and the test's children would inherit that.
     std::signal(number, SIG_DFL);
     const ScratchDir scratch;
     const fs::path out = scratch / "out";
     fs::create_directory(out);
     const fs::path scene = writeScene(scratch.path(), stackScene(60));
-    // The first band is written long before the last, so the signal arrives in between.
+    // The first band is written long before the last, so the signal arrives between them.
     auto run = std::async(std::launch::async, [&] {
         return runPeelerProcess({"render", scene.string(), "-o", (out / "a.exr").string(), "--size",
                                  "2048x2048", "--memory", kShadowMemory ? "4G" : "600M"});

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests the manual as groff and mandoc parse it, and the completions as bash, fish and zsh run
-// them.
+// Tests the manual with the parsers of groff and mandoc, and the completions in bash, fish and zsh.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -45,7 +44,8 @@ Words sorted(Words words) {
 /// Command lines, each with the completions that the shell must offer.
 using Offers = std::map<std::string, Words>;
 
-/// Returns the options of each verb and, on request, the values of options that have choices.
+/// Returns the options of each verb; with `with_values`, also the values of options that have
+/// choices.
 Offers everyOffer(bool with_values) {
     Offers offers;
     for (const cmd::CommandDescription& verb : described().verbs) {
@@ -65,8 +65,7 @@ Offers everyOffer(bool with_values) {
     return offers;
 }
 
-/// Command lines in a folder with a few files. "=" means that the shell passes `--option=value` as
-/// one word.
+/// Completions in the folder of makeFiles(), for every shell.
 const Offers kSome = {
     {"peeler re", {"render"}},
     {"peeler render --me", {"--memory", "--method"}},
@@ -87,7 +86,7 @@ void makeFiles(const fs::path& folder) {
     fs::create_directory(folder / "folder");
 }
 
-/// Parses lines of words. Each group has a line "== LINE" before it if `before`, otherwise after
+/// Parses groups of lines. A line "== LINE" comes before each group if `before`, otherwise after
 /// it.
 Offers offersIn(const std::string& text, bool before) {
     Offers offers;
@@ -113,7 +112,7 @@ Offers offersIn(const std::string& text, bool before) {
 
 Offers askBash(const Offers& asked, const fs::path& folder, const fs::path& script) {
     store(script, cmd::bashCompletions(described()));
-    // The words are split as by readline, except at "=", which the caller surrounds with spaces.
+    // Splits words like readline. The caller adds spaces around "=", where bash splits, too.
     std::string program = "source " + script.string() +
                           "\nask() { COMP_WORDS=(\"$@\"); COMP_CWORD=$(($# - 1)); _peeler; "
                           "printf '%s\\n' \"${COMPREPLY[@]}\"; }\n";
@@ -138,8 +137,7 @@ Offers askFish(const Offers& asked, const fs::path& folder, const fs::path& scri
     EXPECT_EQ(result.exit_code, 0) << result.err;
     EXPECT_EQ(result.err, "");
     Offers offers = offersIn(result.out, true);
-    // From version 4 on, fish also offers matches that contain the word elsewhere; they are
-    // removed.
+    // From version 4 on, fish also offers matches that contain the word elsewhere. Removes these.
     for (auto& [line, words] : offers) {
         const std::string word = line.substr(line.rfind(' ') + 1);
         std::erase_if(words, [&](const std::string& offer) { return !offer.starts_with(word); });
@@ -223,7 +221,7 @@ TEST_F(Completing, ByZshKnowsFilesAndWords) {
     expectOffers(askZsh(some, folder, scratch / "zsh"), some);
 }
 
-/// Writes each page, with a date, to a file of its own; returns the paths.
+/// Writes each page, with a date, to a file of its own. Returns the paths.
 Words storePages(const ScratchDir& scratch) {
     Words files;
     const auto add = [&](const cmd::CommandDescription& command) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compares the manual and the shell completions with --help: all have the same options and choices.
+// Compares the manual and the shell completions with --help: they have the same options and
+// choices.
 #include "cmd/manual/completions.h"
 #include "cmd/manual/manual_page.h"
 
@@ -27,7 +28,7 @@ const cmd::CommandDescription& program() {
     return described;
 }
 
-/// Returns the descriptions of the program itself and of its verbs.
+/// Returns the descriptions of the program and its verbs.
 std::vector<const cmd::CommandDescription*> commands() {
     std::vector<const cmd::CommandDescription*> all{&program()};
     for (const cmd::CommandDescription& verb : program().verbs)
@@ -44,7 +45,7 @@ std::string pageOf(const cmd::CommandDescription& command) {
     return cmd::manualPage(program(), command, "");
 }
 
-/// Returns the text of the pattern's group for each match in a text.
+/// Returns the text of the pattern's first group for each match.
 Names found(const std::string& text, const std::string& pattern) {
     const std::regex regex(pattern, std::regex::ECMAScript | std::regex::multiline);
     Names names;
@@ -53,8 +54,8 @@ Names found(const std::string& text, const std::string& pattern) {
     return names;
 }
 
-/// Returns the options at the beginning of lines of --help, such as "  -o,--output FILE   the file"
-/// and "  --legend,--no-legend{false}".
+/// Returns the options at the beginning of the lines of --help, such as "  -o,--output FILE   the
+/// file" and "  --legend,--no-legend{false}".
 Names optionsInHelp(const std::string& help) {
     Names names;
     for (const std::string& listed : found(help, "^  (-[^ \n]+)")) {
@@ -78,8 +79,7 @@ Names plain(const Names& roff) {
     return names;
 }
 
-/// Returns the part of a script that is about a verb. The last part ('' in bash) is about the
-/// program.
+/// Returns the part of a script for a verb. The last part ('' in bash) is for the program.
 std::string partOf(const std::string& script, const std::string& begin, const std::string& end) {
     const std::size_t from = script.find(begin);
     if (from == std::string::npos) return "";
@@ -277,8 +277,8 @@ TEST(EnvironmentVariables, AreThoseThatTheProductReads) {
     for (const cmd::EnvironmentVariable& row : cmd::environmentVariables())
         for (const std::string& name : found(std::string(row.names), "([A-Z_]+)"))
             listed.insert(name);
-    // A file that reads an environment variable contains its name as a string. So does a file that
-    // sets one; hence calls of setenv() are removed.
+    // A file that reads an environment variable contains its name as a string. Calls of setenv()
+    // also contain names, so they are removed.
     const std::regex set("[^n]setenv\\([^;]*;");
     Names strings;
     for (const char* library : {"core", "formats", "cmd"}) {

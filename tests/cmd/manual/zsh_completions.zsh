@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # Prints the completions that zsh offers for each line, in a pseudo-terminal:
 #   zsh -f zsh_completions.zsh FOLDER HITS LINE...
-# FOLDER holds the completion scripts; HITS is a file for the offers so far.
+# FOLDER has the completion scripts; HITS is a file that collects the offers.
 zmodload zsh/zpty zsh/zselect
 folder=$1 hits=$2
 shift 2
@@ -11,7 +11,7 @@ autoload -U compinit
 compinit -u -D
 unsetopt zle_bracketed_paste automenu autolist beep
 compadd() {
-    # Into an array that the caller asks for: nothing is offered yet.
+    # Stores words in an array for the caller; offers nothing yet.
     [[ \${@[1,(i)(-|--)]} == *-(O|A|D)\ * ]] && { builtin compadd "\$@"; return }
     local -a found
     builtin compadd -A found "\$@"

@@ -38,7 +38,7 @@ std::vector<char> maskOf(const fs::path& path) {
     return mask;
 }
 
-/// Returns, for every pixel of a render, whether it has any fragment.
+/// For each pixel of a render, returns whether it has any fragment.
 std::vector<char> coverageOf(const std::vector<std::string>& scene, const fs::path& scratch) {
     const std::string layers = (scratch / "alone.exr").string();
     std::vector<std::string> line{"render"};
@@ -67,8 +67,7 @@ Json run(std::vector<std::string> line) {
     return outcome.exit_code == 0 ? Json::parse(outcome.out) : Json();
 }
 
-/// Returns the options for a camera given by numbers, which therefore does not depend on the chosen
-/// objects.
+/// Returns the options for an explicit camera, which does not depend on the chosen objects.
 std::vector<std::string> cameraFor(const fs::path& model) {
     const Outcome info = runPeeler({"info", model.string(), "--json"});
     EXPECT_EQ(info.exit_code, 0) << info.err;
@@ -86,7 +85,7 @@ std::vector<std::string> cameraFor(const fs::path& model) {
     return {"--eye", eye, "--target", target};
 }
 
-/// Compares the masks of every node of a model with renders of that node alone.
+/// Compares the masks of every node of a model with renders of only that node.
 void compareWithRenders(const fs::path& model) {
     SCOPED_TRACE(model.string());
     const ScratchDir scratch;
@@ -141,7 +140,7 @@ TEST(Masks, OfEachObjectAreThoseOfTheObjectAlone) {
                        "gltf-sample-assets/AlphaBlendModeTest/glTF/AlphaBlendModeTest.gltf");
 }
 
-/// Returns three named triangles of opacity 0.5 that fill the picture, one behind the other.
+/// Returns three named triangles of opacity 0.5, one behind the other. Each fills the picture.
 Json stack() {
     Json scene = stackScene(3);
     for (std::size_t i = 0; i < 3; ++i)
@@ -160,7 +159,7 @@ class MasksCommand : public testing::Test {
         line.insert(line.end(), more.begin(), more.end());
         return line;
     }
-    /// Returns the number of visible pixels per object name, for objects with any.
+    /// Returns the number of visible pixels by object name, for objects that have any.
     std::map<std::string, int> visible(const std::vector<std::string>& more) const {
         std::map<std::string, int> counts;
         const Json found = run(line(more));
@@ -249,8 +248,8 @@ TEST_F(MasksCommand, WritesWhatIsAskedFor) {
 }
 
 TEST_F(MasksCommand, CountsOnACanvas) {
-    // The panes are far larger than the picture and fill the canvas, too, which is three times as
-    // wide and high.
+    // The panes are far larger than the picture. They also fill the canvas, which is three times as
+    // wide and high as the picture.
     const Json found = run(line({"--canvas", "3"}))["objects"][0];
     EXPECT_EQ(found["canvasPixels"], 9 * 96);
     EXPECT_EQ(found["amodalPixels"], 96);
@@ -301,7 +300,7 @@ TEST_F(MasksCommand, OfManyViewsAreThoseOfTheirParts) {
     EXPECT_EQ(bytesIn(scratch_ / "parts"), bytesIn(scratch_ / "whole"));
     again.insert(again.end(), {"--see-through", "0.9"});
     EXPECT_EQ(skipped(run(line(again, "whole"))), std::vector<int>());
-    // Files that other settings wrote are removed.
+    // Files written with other settings are removed.
     again.insert(again.end(), {"--as", "coco"});
     run(line(again, "whole"));
     EXPECT_FALSE(fs::exists(scratch_ / "whole/mask/000000_000000.png"));

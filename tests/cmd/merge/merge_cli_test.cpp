@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests peeler merge: tiles that were rendered separately give the whole picture, byte for byte.
+// Tests peeler merge: separately rendered tiles give the whole picture, byte for byte.
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -40,7 +40,8 @@ class MergeCommand : public testing::Test {
     /// Returns the version that merge will record in its output.
     static std::string version() {
         const std::string text = runPeeler({"--version"}).out;
-        // The output begins with "peeler 1.2.3 (commit)\n".
+        // The output is "peeler 1.2.3 (commit)
+        // ".
         return text.substr(7, text.find_first_of(" \n", 7) - 7);
     }
     Outcome merge(std::vector<std::string> tiles,
@@ -171,7 +172,7 @@ TEST_F(MergeCommand, ElementsRenderedApartAreThePictureOfBoth) {
         const std::string whole = render("whole.exr", {});
         const std::string a = render("a.exr", {"--include", "housing/upper"});
         const std::string b = render("b.exr", {"--exclude", "housing/upper"});
-        // The two files are not tiles of one picture.
+        // Without --elements, merge rejects files that are not tiles of one picture.
         EXPECT_EQ(merge({a, b}).exit_code, 3);
         const Outcome result = merge({a, b}, {"--elements", "--json"});
         ASSERT_EQ(result.exit_code, 0) << result.err;
@@ -298,7 +299,7 @@ TEST_F(MergeCommand, TilesOfOtherSettingsAreToldTheOptions) {
         EXPECT_NE(result.err.find("they differ in " + row.differ), std::string::npos) << result.err;
         EXPECT_NE(result.err.find(row.first), std::string::npos) << result.err;
         EXPECT_NE(result.err.find(row.other), std::string::npos) << result.err;
-        // verify rejects the same pairs, except that tiles may differ in their cameras. Neither
+        // verify rejects the same pairs, except that tiles may have different cameras. Neither
         // merge nor verify prints hashes.
         const Outcome verified = runPeeler({"verify", a, b});
         const bool camera_only = row.options.front() == "--camera";
@@ -335,7 +336,7 @@ TEST_F(MergeCommand, WhatDoesNotBelongTogether) {
     ++large.plan.view.height;
     large.plan.view.projection.half_height *= 2;
     plain.image.extra.clear();
-    std::size_t fragment = 0;  // first fragment of the column that both tiles have
+    std::size_t fragment = 0;  // first fragment of the column that both tiles contain
     for (int y = 0; fragment == 0; ++y) {
         const std::size_t pixel = right.image.pixelIndex(39, y);
         if (right.image.count(pixel) != 0) fragment = right.image.offsets[pixel];

@@ -81,8 +81,8 @@ void expectRigid(const glm::dmat4& m) {
     EXPECT_NEAR(glm::determinant(r), 1, 1e-12);
 }
 
-/// Returns the larger of the shares of the frame's width and height that the box fills; infinite if
-/// a corner is in front of the near plane or beyond the far plane.
+/// Returns the share of the frame's width or of its height that the box fills, whichever is larger;
+/// infinite if a corner is in front of the near plane or beyond the far plane.
 double share(const View& v, const Bounds& box) {
     const glm::dmat4 clip = v.projection.matrix() * glm::inverse(v.camera_to_world);
     double worst = 0;
@@ -123,7 +123,8 @@ TEST(Framing, HoldsEveryCornerOfRandomScenes) {
         expectRigid(v.camera_to_world);
         ASSERT_LT(share(v, box), 0.95)
             << "round " << round << ", size " << options.size.width << " x " << options.size.height;
-        // Skip rods: if one is seen end-on, the distance from the eye limits its size in the frame.
+        // Skip rods: seen end-on, a rod may be small in the frame, because its near end limits the
+        // distance of the eye.
         const glm::dvec3 sides = box.max - box.min;
         const double smallest = std::min({sides.x, sides.y, sides.z});
         const double middle =
@@ -168,7 +169,7 @@ TEST(Framing, LooksFromTheFrontAndAbove) {
     EXPECT_LT(eyeOf(view(boxScene(kUnit), down)).y, 0);
 }
 
-/// Returns the extent of a scene's vertices in the picture, whose sides are at −1 and 1.
+/// Returns the bounds of a scene's vertices in the picture, whose sides are at −1 and 1.
 Bounds onScreen(const View& v, const Scene& scene) {
     const glm::dmat4 clip = v.projection.matrix() * glm::inverse(v.camera_to_world);
     Bounds reach{glm::dvec3(1e9), glm::dvec3(-1e9)};
@@ -188,8 +189,8 @@ TEST(Framing, LeavesFivePercentFreeAtBothEnds) {
             CameraOptions options;
             options.size = size;
             const Bounds reach = onScreen(view(scene, options), scene);
-            // The side that limits the frame is filled from 5 % to 95 %, i.e. ±0.9; the other side
-            // is filled less.
+            // The scene fills the limiting side of the frame from 5 % to 95 %, i.e. ±0.9, and the
+            // other side less.
             const bool wide = reach.max.x - reach.min.x > reach.max.y - reach.min.y;
             const int side = wide ? 0 : 1;
             EXPECT_NEAR(reach.min[side], -0.9, 1e-6);
@@ -213,7 +214,7 @@ TEST(Framing, LooksAtFlatScenesFromTheFront) {
     expect(forward({{-2, 0, -1}, {2, 0, 1}}), {0, -1, 0});  // a floor is seen from above
     EXPECT_GT(view(boxScene({{-2, 0, -1}, {2, 0, 1}})).camera_to_world[1].z, -1.001);
     expect(glm::dvec3(view(boxScene({{-2, 0, -1}, {2, 0, 1}})).camera_to_world[1]), {0, 0, -1});
-    // Thicker boxes, a rod and a point do not count as flat.
+    // Thicker boxes, a rod and a point are not flat.
     for (const Bounds& box : {Bounds{{-2, -1, 0}, {2, 1, 0.102}}, Bounds{{-2, 0, 0}, {2, 0, 0}},
                               Bounds{{1, 1, 1}, {1, 1, 1}}, kUnit})
         expect(forward(box), pleasingForward({0, 1, 0}));
@@ -315,7 +316,7 @@ TEST(SceneCamera, KeepsItsVerticalFieldOfView) {
         EXPECT_DOUBLE_EQ(v.projection.half_width, std::tan(0.5) * v.width / v.height);
         EXPECT_EQ(v.projection.near, 0.5);
         EXPECT_EQ(v.projection.far, 50);
-        // 0 stands for the camera's aspect ratio.
+        // A height of 0 means the camera's aspect ratio.
         EXPECT_EQ(v.height, size.height == 0 ? 320 : size.height);
     }
     CameraOptions planes;

@@ -23,8 +23,8 @@ class Forecasts : public testing::Test {
         EXPECT_EQ(result.exit_code, 0) << result.err;
         return result.exit_code == 0 ? Json::parse(result.out) : Json();
     }
-    /// Runs a command line dry and then for real, and compares the sizes. `certainty` is as
-    /// --dry-run prints it.
+    /// Runs a command line first with --dry-run, then for real, and compares the sizes. `certainty`
+    /// is the text that --dry-run prints.
     void expectForecast(std::vector<std::string> line, const std::string& certainty) const {
         const std::vector<std::string> before = scratch_.files();
         std::vector<std::string> dry = line;

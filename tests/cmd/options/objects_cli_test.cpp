@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 using cmd::ObjectOptions;
 using cmd::openChosen;
 
-/// A fragment that can be compared: depth, IDs and the bits of its colour.
+/// The compared data of a fragment: depth, IDs and the bits of its colour.
 using Fragment = std::tuple<float, std::uint32_t, std::uint32_t, std::vector<std::byte>>;
 
 std::vector<std::vector<Fragment>> fragmentsOf(const std::string& path,

@@ -11,7 +11,7 @@
 namespace peeler::cmd {
 namespace {
 
-/// Returns the option that is refused; "" if none is.
+/// Returns the rejected option; "" if there is none.
 std::string refusal(OutputRequest output, const std::string& as) {
     output.path = "out.exr";
     output.options.as = as;

@@ -10,8 +10,8 @@
 namespace peeler::cmd {
 namespace {
 
-/// Returns a scene with the nodes body (0), with children arm (1) and lamp (2, a light), floor (3),
-/// and an unnamed node (4).
+/// Returns a scene with these nodes: body (0) with its children arm (1) and lamp (2, a light);
+/// floor (3); and an unnamed node (4).
 Scene house() {
     Scene scene;
     scene.scenes = {{"", {0, 3, 4}}};
@@ -65,7 +65,7 @@ TEST(NodeSelection, IncludesWhatIsNamedAndWhatIsBelow) {
     options.include = {"body"};
     EXPECT_EQ(shown(options), (Shown{{0, 1, 2}, 1}));
     options.include = {"a*", "floor"};
-    EXPECT_EQ(shown(options), (Shown{{1, 3}, 1}));  // lights are no meshes, so they stay
+    EXPECT_EQ(shown(options), (Shown{{1, 3}, 1}));  // lights are not meshes, so they stay
     options.include = {"node 4"};
     EXPECT_EQ(shown(options), (Shown{{4}, 1}));
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests the division of a whole into chunks: together they are the whole, and their sizes are
-// nearly equal.
+// Tests the division of work into chunks: together the chunks are all of the work, and their sizes
+// are nearly equal.
 #include "cmd/cli/parse.h"
 
 #include <gtest/gtest.h>

@@ -22,8 +22,8 @@ finite = lambda v: [None if x in (numpy.inf, 0xFFFFFFFF) else round(float(x), 6)
 print(json.dumps({k: [str(a[k].dtype), list(a[k].shape), finite(a[k])] for k in a}))
 )";
 
-/// Three triangles across Z, at 0, −0.1 and −0.2, so that rays along X hit nothing. Instantiated
-/// for each engine.
+/// Three triangles perpendicular to Z, at Z = 0, −0.1 and −0.2. Rays along X do not hit them.
+/// Instantiated for each engine.
 class Points : public testing::TestWithParam<const char*> {
   protected:
     Points() {

@@ -15,9 +15,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Writes a triangle ("sail") that moves 3 to the right within a second and, in a second animation,
-/// 3 up; a triangle that does not move ("rock"); and an orthographic camera, 8 units wide, used for
-/// 80 pixels.
+/// Writes a triangle ("sail") that moves 3 to the right in one second and, in a second animation, 3
+/// up; a triangle that does not move ("rock"); and an orthographic camera, 8 units wide, for
+/// pictures of 80 pixels.
 fs::path boats(const ScratchDir& folder) {
     GltfBuilder builder = triangle();
     const int times = builder.addAccessor<float>({0, 1}, "SCALAR");
@@ -59,8 +59,8 @@ TEST(Time, MovesTheScene) {
     const fs::path scene = boats(folder);
     const struct {
         std::vector<std::string> arguments;
-        /// Window of the sail, whose left edge is at 40 and tip at 30 at rest; the first row below
-        /// the tip is narrower than a pixel.
+        /// Upper left corner of the sail's data window. At rest its left edge is at 40 and its tip
+        /// at 30; the first row below the tip is narrower than a pixel.
         int x0, y0;
     } rows[] = {
         {{}, 40, 31},
@@ -116,7 +116,6 @@ TEST(Frames, AreFilesOfTheirOwnWithTheirTimes) {
     EXPECT_NE(header.out.find("peeler:frame (type int): 5"), std::string::npos) << header.out;
     EXPECT_NE(header.out.find("peeler:time (type double): 0.5"), std::string::npos);
     EXPECT_NE(header.out.find("framesPerSecond (type rational): 10/1"), std::string::npos);
-    // There must be no other files.
     std::size_t files = 0;
     for ([[maybe_unused]] const auto& entry : fs::directory_iterator(folder.path()))
         ++files;
@@ -171,7 +170,7 @@ TEST(Frames, RefusesWhatContradictsItself) {
         EXPECT_EQ(result.exit_code, 2) << row.words << '\n' << result.err;
         EXPECT_NE(result.err.find(row.words), std::string::npos) << result.err;
     }
-    // A single frame's name needs no #.
+    // The name of a single frame needs no #.
     EXPECT_EQ(renderBoats(scene, folder / "one.exr", {"--frames", "3"}).exit_code, 0);
 }
 

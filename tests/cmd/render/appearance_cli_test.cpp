@@ -12,8 +12,7 @@
 namespace peeler::test {
 namespace {
 
-/// Returns a wall of white glass with the variants "red" and "green", in the view of the camera
-/// "front".
+/// Returns a wall of white glass with the variants "red" and "green", seen by the camera "front".
 nlohmann::json glassScene() {
     nlohmann::json scene = stackScene(1);
     scene["materials"] = nlohmann::json::parse(R"([
@@ -62,7 +61,7 @@ class Appearance : public testing::Test {
             for (const int bright : {0, 1, 1, 2}) {
                 std::string pixel(4, '\0');
                 pixel[static_cast<std::size_t>(bright)] = static_cast<char>(0x80);
-                pixel[3] = static_cast<char>(0x82);  // exponent: 0x80 stands for 2
+                pixel[3] = static_cast<char>(0x82);  // exponent: 0x80 means a factor of 2
                 text += pixel;
             }
         }
@@ -124,8 +123,8 @@ TEST_F(Appearance, AnEnvironmentLightsTheScene) {
     turned.insert(turned.end(), {"--environment-rotation", "90"});
     const glm::vec4 aside = rendered(turned);
     EXPECT_NE(settings_hash_, hash);
-    // Now the wall faces the former −X, half green and half blue.
-    EXPECT_NEAR(aside.g, aside.b + aside.r, 0.02F);  // with some red from beyond the blue
+    // The wall now faces the former −X, which is half green and half blue.
+    EXPECT_NEAR(aside.g, aside.b + aside.r, 0.02F);  // some red comes from beyond the blue
     EXPECT_LT(aside.r, 0.3F);
     turned.back() = "360";
     EXPECT_EQ(rendered(turned), ahead);
@@ -143,7 +142,7 @@ TEST_F(Appearance, AStudioIsBuiltIn) {
         {"--transmission", "opaque", "--environment", "studio", "--environment-rotation", "180"});
     EXPECT_GT(glm::distance(turned, lit), 0.02F);
     EXPECT_NE(lit_hash, settings_hash_);
-    // "studio" is a built-in name; a file of that name needs a path.
+    // "studio" is a built-in name; a file with this name needs a path.
     const auto file = run({"--environment", "./studio"});
     EXPECT_EQ(file.exit_code, 3);
     EXPECT_NE(file.err.find("./studio"), std::string::npos) << file.err;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests arrays that programs exchange: lossless round trips of layers through .safetensors, equal
+// Tests arrays for other programs: lossless round trips of layers through .safetensors, equal
 // numbers in .npz and .safetensors from every verb, and scenes from arrays.
 #include <gtest/gtest.h>
 
@@ -58,8 +58,7 @@ class ArraysBetweenPrograms : public testing::Test {
         return run(more);
     }
 
-    /// Runs a verb once for each file format. The files must have equal arrays and the reported
-    /// sizes.
+    /// Runs a verb once per file format. The files must have equal arrays and the reported sizes.
     void expectSameArrays(std::vector<std::string> arguments) {
         arguments.insert(arguments.end(), {"-o", ""});
         for (const std::string_view extension : arrayExtensions()) {
@@ -196,7 +195,7 @@ TEST_F(ArraysBetweenPrograms, ScenesComeAsArrays) {
     EXPECT_GT(picture["fragmentsStored"].get<int>(), 30);
     EXPECT_EQ(runPeeler({"convert", path, "-o", at("b.exr")}).exit_code, 3);
     EXPECT_EQ(runPeeler({"render", at("a.safetensors"), "-o", at("b.exr")}).exit_code, 3);
-    // In a folder, files of arrays are not taken for scenes.
+    // Files of arrays in a folder are not scenes.
     const Outcome folder = runPeeler({"render", scratch_.path().string(), "-o", at("{stem}.exr")});
     EXPECT_EQ(folder.exit_code, 3) << folder.err;
 }
@@ -222,7 +221,7 @@ TEST_F(ArraysBetweenPrograms, CompositesAreMergedAsComposites) {
     const Json merged = run({"merge", at("whole.safetensors"), "-o", at("merged.exr")});
     EXPECT_EQ(merged.at("layers"), rendered.at("layers"));
     render("whole.exr", {"--as", "composite", "--precision", "float"});
-    // The tolerance is that of half floats, in which the layers were stored before the composite.
+    // The layers were stored as half floats before compositing, hence the tolerance.
     const Json same = run({"compare", at("merged.exr"), at("whole.exr"), "--max-color", "0.001"});
     EXPECT_EQ(same.at("a").at("layered"), false);
 }

@@ -63,8 +63,8 @@ TEST_F(BenchmarkScenes, SoupsHaveTheTrianglesOfTheirNames) {
 
 TEST_F(BenchmarkScenes, SpheresHaveTheLayersAndFragmentsThatAreToldOfThem) {
     make({"spheres", "small-spheres", "large-spheres"});
-    // Fragments scale with pixels: at this size there must be a sixteenth of 7.1, 8.7 and 37.3
-    // million.
+    // At full size there are 7.1, 8.7 and 37.3 million fragments. At this size there must be a
+    // sixteenth.
     const auto check = [&](const char* name, int layers, double fragments) {
         const auto picture = rendered(name, "480x270");
         EXPECT_NEAR(picture["layers"].get<int>(), layers, 2) << name;

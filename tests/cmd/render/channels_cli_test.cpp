@@ -47,7 +47,7 @@ class ChannelsCli : public testing::Test {
         return image;
     }
 
-    /// Returns a channel of the first part as bits; the part must cover the picture.
+    /// Returns the bits of a channel of the first part, which must cover the picture.
     std::vector<std::uint32_t> composite(const std::string& name, const char* channel,
                                          Imf::PixelType type) {
         Imf::MultiPartInputFile file((folder_ / name).c_str());
@@ -92,7 +92,7 @@ TEST_F(ChannelsCli, StandInEveryLayerAfterColourAndZ) {
         EXPECT_EQ(channels["N.X"].type, Imf::HALF);
         EXPECT_EQ(channels["id.object"].type, Imf::UINT);
     }
-    // Without these channels, the rest of the file must be the same.
+    // The rest of the file must be the same without these channels.
     ASSERT_EQ(render("plain.exr", {}).exit_code, 0);
     LayeredImage all = read("all.exr");
     const LayeredImage plain = read("plain.exr");
@@ -149,7 +149,7 @@ std::map<std::uint32_t, std::size_t> counts(const LayeredImage& image, const std
     return result;
 }
 
-/// Checks the names in an ID manifest: a node, rendered alone by its name, must have as many
+/// Checks the names in an ID manifest: each node, rendered alone by its name, must have as many
 /// fragments as its ID has in the whole picture.
 void checkNames(const std::function<Outcome(const std::string&, std::vector<std::string>)>& render,
                 const std::function<LayeredImage(const std::string&)>& read,

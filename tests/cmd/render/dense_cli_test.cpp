@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tests that arrays and depth planes of render, extract and rays agree, and that files for LaRI and
-// X-Ray can be read as the loaders of those projects do.
+// X-Ray can be read as the loaders of those projects read them.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -15,7 +15,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Compares planes with lists for every array of n rows, each with its own fill value.
+/// Compares planes with lists, for every array that has a row per hit. The fill value depends on
+/// the array.
 constexpr const char* kPlanesOfLists = R"(
 import sys, numpy as np
 dense, lists = (np.load(path, allow_pickle=False) for path in sys.argv[1:3])
@@ -50,7 +51,7 @@ assert 'z' in compared or 't_hit' in compared
 assert (counts > depth).any() and (counts < depth).any() and (counts == 0).any()
 )";
 
-/// Reads a sample as LaRI's src/datasets/objaverse.py, ldi_render_per_object.py and gso.py do.
+/// Reads a sample like LaRI's src/datasets/objaverse.py, ldi_render_per_object.py and gso.py.
 /// Points computed from its depths must match the picture's positions, and masks from all sources
 /// must agree.
 constexpr const char* kReadLari = R"(
@@ -85,7 +86,7 @@ print(off)
 assert off < 2e-3 * z[there].max(), off
 )";
 
-/// Reads a sample as load_xrays() of X-Ray's src/dataset.py does, and uses it as X-Ray does.
+/// Reads a sample like load_xrays() of X-Ray's src/dataset.py, and uses it as X-Ray does.
 constexpr const char* kReadXray = R"(
 import sys, numpy as np
 from scipy.sparse import csr_matrix
@@ -169,7 +170,7 @@ TEST_F(Dense, ArraysOfRenderAreThoseOfExtract) {
         const Json told = resultOf(with("render.npz"));
         EXPECT_EQ(told.at("bytes"), fs::file_size(path("render.npz")));
         EXPECT_EQ(told.at("forecastBytes"), told.at("bytes"));
-        // The bytes are the same up to the last array, which is a hash that only renders have.
+        // Only renders have the last array, a hash; all bytes before it are the same.
         const auto arrays = readNpz(path("extract.npz")), more = readNpz(path("render.npz"));
         EXPECT_EQ(more.size(), arrays.size() + 1);
         EXPECT_EQ(more.at("output_hash").numbers.size(), 16U);
@@ -178,7 +179,7 @@ TEST_F(Dense, ArraysOfRenderAreThoseOfExtract) {
         EXPECT_TRUE(bytesOf(path("extract.npz")).substr(0, same) ==
                     bytesOf(path("render.npz")).substr(0, same))
             << line[1];
-        // Files of planes are equal in the same way.
+        // For files of planes, too, all bytes before the hash are the same.
         run(with("render.npz", {"--dense", "2", "--fill", "-1"}));
         run({"extract", path("in.exr"), "--npz", path("extract.npz"), "--dense", "2", "--fill",
              "-1"});
@@ -206,12 +207,12 @@ TEST_F(Dense, PlanesHaveTheNumbersOfLists) {
     }
     render("dense.npz", {"--as", "dense", "--dense", "2", "--dense-type", "half"});
     python(kPlanesOfLists, {path("dense.npz"), path("lists.npz"), "nan", "half"});
-    // Without --dense, there are as many planes as layers.
+    // Without --dense, the number of planes is the number of layers.
     render("all.npz", {"--as", "dense"});
     const Json told = resultOf({"render", engine_, "--size", "64x36", "-o", path("a.exr")});
     EXPECT_EQ(readNpz(path("all.npz")).at("z").shape,
               "(36, 64, " + std::to_string(told.at("layers").get<int>()) + ")");
-    // --layers limits the counts, too; with --layer, layers keep their numbers.
+    // --layers also limits the counts; with --layer, layers keep their numbers.
     render("three.npz", {"--dense", "3", "--layers", "2"});
     for (const std::uint32_t count : readNpz(path("three.npz")).at("count").as<std::uint32_t>())
         ASSERT_LE(count, 2U);

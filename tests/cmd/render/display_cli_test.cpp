@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Returns a white wall in sunlight of 5000 lux, with a camera that looks at it.
+/// Returns a white wall in sunlight of 5000 lux, and a camera that looks at it.
 Json sunlitWall() {
     Json scene = stackScene(1);
     scene["materials"][0] = {{"doubleSided", true},
@@ -78,13 +78,13 @@ TEST_F(ForEyes, HaveFourSamplesAndTheNeutralToneMap) {
 TEST_F(ForEyes, AreExposedForLampsAndSayByHowMuch) {
     const Json found = render("a.png", {});
     EXPECT_EQ(found["exposureAutomatic"], true);
-    // A white dielectric reflects 5000/π·0.96 and some light of the sky. Metering brings it to at
+    // A white dielectric reflects 5000/π·0.96 and some light of the sky. Metering scales it to at
     // least √0.18 of white.
     EXPECT_NEAR(found["exposure"].get<double>(), std::log2(std::sqrt(0.18) / (5000 / 3.1416)),
                 0.25);
     const FlatImage picture = readFlatImage(scratch_ / "a.png");
     EXPECT_NEAR(picture.image.rgba[48 * 16 + 24][1], std::sqrt(0.18), 0.06);
-    // Specifying the metered exposure gives the same picture; exposure 0 leaves the light as it is.
+    // Specifying the metered exposure gives the same picture; exposure 0 does not scale the light.
     const Json given = render("b.png", {"--exposure", found["exposure"].dump()});
     EXPECT_EQ(given["exposureAutomatic"], false);
     EXPECT_EQ(readFlatImage(scratch_ / "b.png").image.rgba, picture.image.rgba);
@@ -122,7 +122,7 @@ TEST_F(ForEyes, LayersOfLampsAreMeteredFromTheFile) {
     const Json page =
         Json::parse(peeler({"view", scratch_ / "a.exr", "-o", scratch_ / "a.html", "--json"}).out);
     EXPECT_EQ(page["exposure"], flat["exposure"]);
-    // Light that can be displayed is left as it is, and parts of a picture are not metered.
+    // Light in the displayable range is not scaled, and parts of a picture are not metered.
     peeler({"render", glasses_.string(), "-o", scratch_ / "g.exr", "--size", "32x18"});
     EXPECT_EQ(
         Json::parse(peeler({"flatten", scratch_ / "g.exr", "-o", scratch_ / "g.png", "--json"})

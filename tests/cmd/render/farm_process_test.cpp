@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests peeler under a render farm: killed at any moment, run for a thousand frames, and started
-// anywhere. The short run makes at most a tenth of the kills and frames.
+// Tests peeler under a render farm: killed at any moment, run for a thousand frames, and started in
+// any environment. The short run makes at most a tenth of the kills and frames.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
@@ -37,7 +37,7 @@ std::vector<std::string> animation(const std::string& frames, const fs::path& ou
 
 using Files = std::map<std::string, std::string>;
 
-/// Returns the content of every file in a folder by name; hidden files are only counted.
+/// Returns the content of every file in a folder by name. Hidden files are only counted.
 Files filesIn(const fs::path& folder, std::size_t* hidden = nullptr) {
     Files files;
     if (hidden) *hidden = 0;
@@ -76,7 +76,7 @@ ino_t inodeOf(const fs::path& path) {
     return stat(path.c_str(), &found) == 0 ? found.st_ino : 0;
 }
 
-/// Runs of 20 frames that are killed at random moments, and the files of an undisturbed run.
+/// Runs of 20 frames that are killed at random moments, and the files of an uninterrupted run.
 class Ended : public testing::Test {
   protected:
     static constexpr int kFrames = 20;
@@ -93,10 +93,9 @@ class Ended : public testing::Test {
     }
 
     /// Sends the signal at a random moment of a run: after a random number of frames and a random
-    /// delay. Waiting for frames is necessary because a fixed time might come after the end on a
-    /// fast machine.
+    /// delay. It waits for frames because a fixed time might be past the end on a fast machine.
     CommandResult endOne(int number) {
-        // A random half of the files exists already.
+        // A random half of the files already exists.
         for (const auto& [name, bytes] : whole_)
             if (random_() % 2 == 0) fs::remove(out_ / name);
         const int done = static_cast<int>(random_() % (kFrames - 5));
@@ -108,7 +107,7 @@ class Ended : public testing::Test {
         while (done > 0 && run.running() && (inodeOf(last) == before || inodeOf(last) == 0))
             std::this_thread::sleep_for(100us);
         // The delay ends within about the next two frames or, before the first frame, within half
-        // of a run's time.
+        // the time of a run.
         const std::chrono::duration<double> most =
             done > 0 ? (Clock::now() - start) / kFrames : whole_time_ / 2;
         std::this_thread::sleep_for(part(random_) * most);
@@ -116,7 +115,7 @@ class Ended : public testing::Test {
         return run.wait();
     }
 
-    /// Expects every file under a final name to equal that of an undisturbed run.
+    /// Expects every file with a final name to equal that of an uninterrupted run.
     void expectWhole() const {
         for (const auto& [name, bytes] : filesIn(out_)) {
             ASSERT_TRUE(whole_.contains(name)) << name;
@@ -189,7 +188,7 @@ struct Held {
     std::size_t files = 0;
 };
 
-/// Returns the resources of a process, stopping it meanwhile; all 0 if it has ended.
+/// Returns the resources of a process, which is stopped meanwhile; all 0 if it has ended.
 Held heldBy(pid_t pid) {
     const fs::path process = fs::path("/proc") / std::to_string(pid);
     kill(pid, SIGSTOP);
@@ -201,7 +200,8 @@ Held heldBy(pid_t pid) {
     std::error_code gone;
     for (fs::directory_iterator file(process / "fd", gone), end; !gone && file != end;
          file.increment(gone)) {
-        // Files being written, and their folder, come and go, so they are not counted.
+        // Does not count files that are being written, nor their folder, because they are open only
+        // briefly.
         std::error_code closed;
         const fs::path target = fs::read_symlink(file->path(), closed);
         if (!closed && target.string().find("peeler-test-") == std::string::npos) ++held.files;
@@ -212,7 +212,7 @@ Held heldBy(pid_t pid) {
 
 TEST(LongSequence, MemoryAndFilesStayAsTheyAreAfterTheTenth) {
     const int frames = exhaustive() ? 1000 : 100;
-    const int half = frames / 2, last = frames * 7 / 10;  // both while many frames remain
+    const int half = frames / 2, last = frames * 7 / 10;  // early enough that many frames remain
     const ScratchDir scratch;
     StartedCommand run(peelerCommand(animation("1-" + std::to_string(frames), scratch.path())));
     const auto heldAtFrame = [&](int frame) {
@@ -220,7 +220,7 @@ TEST(LongSequence, MemoryAndFilesStayAsTheyAreAfterTheTenth) {
         std::snprintf(name, sizeof name, "f.%04d.exr", frame);
         while (!fs::exists(scratch / name) && run.running())
             std::this_thread::sleep_for(1ms);
-        // Several samples are taken, because a frame or a driver may hold resources for a moment.
+        // Takes several samples, because a frame or a driver may hold resources briefly.
         Held least = heldBy(run.pid());
         for (int i = 0; i < 4; ++i) {
             std::this_thread::sleep_for(5ms);
@@ -246,7 +246,7 @@ TEST(LongSequence, MemoryAndFilesStayAsTheyAreAfterTheTenth) {
     }
 }
 
-/// Under other conditions, frames 1 to 4 must be the same bytes.
+/// Frames 1 to 4 must be the same bytes under other conditions.
 TEST(Anywhere, TheSameBytes) {
     const ScratchDir scratch;
     const auto folder = [&](const std::string& name) {
@@ -268,7 +268,7 @@ TEST(Anywhere, TheSameBytes) {
         ASSERT_EQ(runPeelerProcess(animation(frame, processes)).exit_code, 0);
     EXPECT_EQ(filesIn(processes), expected);
 
-    // The German locale is built here, because Debian installs none by default.
+    // Builds the German locale, because Debian installs none by default.
     const fs::path locales = folder("locales");
     const CommandResult made =
         runCommand({"localedef", "-i", "de_DE", "-f", "UTF-8", (locales / "de_DE.UTF-8").string()});
@@ -291,7 +291,7 @@ TEST(Anywhere, TheSameBytes) {
               0);
     EXPECT_EQ(filesIn(elsewhere), expected);
 
-    // The scene is copied elsewhere and given by a relative path.
+    // The scene is in another folder, with a relative path.
     const fs::path moved = folder("moved");
     fs::copy_file(sourceDir() / "examples" / "scenes" / "jellyfish.glb", moved / "jellyfish.glb");
     std::vector<std::string> here = animation("1-4", ".");

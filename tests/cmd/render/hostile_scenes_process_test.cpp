@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests scenes that claim huge data, and scenes that try to read other files. The command must need
-// little memory and time, and must either refuse or draw them.
+// Tests scenes that declare huge data, and scenes that try to read other files. The command must
+// reject or draw them, with little memory and time.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
@@ -23,7 +23,7 @@ std::string toText(const Bytes& bytes) {
     return {bytes.begin(), bytes.end()};
 }
 
-/// Runs `info` on a scene, which loads the same data as `render`.
+/// Runs `info` on a scene. It loads the same data as `render`.
 CommandResult info(const fs::path& scene, const std::vector<std::string>& more = {}) {
     std::vector<std::string> arguments{"info", scene.string()};
     arguments.insert(arguments.end(), more.begin(), more.end());
@@ -43,7 +43,7 @@ class HostileSizes : public testing::TestWithParam<Hostile> {};
 
 constexpr std::uint64_t kHugeCount = std::uint64_t{1} << 31U;
 
-/// Declares that the positions are compressed in the buffer's 48 bytes, without a fallback.
+/// Declares that the buffer's 48 bytes contain the positions, compressed and without a fallback.
 void compress(Json& scene, std::uint64_t count, std::uint64_t stride) {
     scene["buffers"].push_back({{"byteLength", 1}});
     scene["bufferViews"][0] = {{"buffer", 1},
@@ -57,8 +57,8 @@ void compress(Json& scene, std::uint64_t count, std::uint64_t stride) {
                                    {"mode", "ATTRIBUTES"}}}}}};
 }
 
-/// Returns the memory, in bytes, that a process may have if it allocates almost nothing; it begins
-/// as a copy of this process.
+/// Returns the memory limit, in bytes, for a child that allocates almost nothing. It includes this
+/// process's memory, because a child begins as a copy of this process.
 std::uint64_t mostMemory() {
     return residentBytes() + (std::uint64_t{200} << 20);
 }
@@ -157,7 +157,7 @@ TEST(HostileScenes, APictureOf60000SquareIsNotDecoded) {
 TEST(HostileScenes, AChainOfAMillionNodesIsRefused) {
     const ScratchDir scratch;
     Json scene = triangleScene();
-    const int count = exhaustive() ? 1000000 : 100000;  // ten billion steps would be endless, too
+    const int count = exhaustive() ? 1000000 : 100000;  // quadratic time is too long for both
     std::string nodes = "[";
     for (int i = 0; i + 1 < count; ++i)
         nodes += "{\"children\":[" + std::to_string(i + 1) + "]},";
@@ -186,7 +186,7 @@ TEST(HostileScenes, DeepJsonIsRefused) {
 
 // ---- the sandbox
 
-/// A URI of a file, and whether the file can be read with --allow-outside.
+/// The URI of a file, and whether the file can be read with --allow-outside.
 struct Place {
     const char* name;
     std::string uri;
@@ -195,8 +195,7 @@ struct Place {
 
 class Sandbox : public testing::Test {
   protected:
-    /// Makes a scratch folder with scene/, which holds the scene, and outside/, which holds the
-    /// forbidden files.
+    /// Makes a scratch folder with scene/, for the scene, and outside/, for the forbidden files.
     Sandbox() {
         fs::create_directories(scene_ / "folder.bin");
         fs::create_directory(outside_);
@@ -241,8 +240,8 @@ class Sandbox : public testing::Test {
         return write(scene, number);
     }
 
-    /// The results for a scene that refers to one Place, without and with --allow-outside. Runs in
-    /// a folder that holds a decoy with the file's name.
+    /// The results for a scene that refers to one Place, without and with --allow-outside. The
+    /// working folder contains a decoy with the file's name.
     struct Runs {
         CommandResult plain, allowed;
     };

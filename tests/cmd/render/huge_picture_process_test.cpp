@@ -19,9 +19,9 @@ namespace fs = std::filesystem;
 
 struct Picture {
     int width, height;
-    /// The corner of the compared part, which crosses raster tiles (4096) and chunks.
+    /// The upper left corner of the compared part, which crosses raster tiles (4096) and chunks.
     int left, top;
-    const char* target;  ///< moves the model to the part
+    const char* target;  ///< camera target, which puts the model in the compared part
     const char* memory;
     std::uint64_t peak;   ///< limit of the process's memory, in bytes
     std::uintmax_t disk;  ///< free disk space required, in bytes
@@ -32,13 +32,13 @@ constexpr int kPartWidth = 40, kPartHeight = 24;
 const Picture kHugePicture = {40000,     20000, 20470,      10228,
                               "0,0.1,0", "2G",  2000000000, std::uintmax_t{3} << 30};
 /// The picture of the short run: two raster tiles wide and high, with the model at their common
-/// corner. The memory is less than the whole picture would take at once.
+/// corner. The memory limit is less than the whole picture would need.
 const Picture kLargePicture = {8200,      4200,   4080,      4084,
                                "0,0.8,0", "400M", 400000000, std::uintmax_t{100} << 20};
 
 using Pixels = std::vector<float>;
 
-/// Returns R, G, B, A and Z of the part in each subimage that contains it. Pixels outside the data
+/// Returns R, G, B, A and Z of the part for each subimage that contains it. Pixels outside the data
 /// window are empty.
 std::vector<Pixels> partOf(const fs::path& file, const Picture& picture) {
     const auto input = OIIO::ImageInput::open(file.string());
@@ -83,7 +83,7 @@ TEST(HugePicture, IsRenderedInBandsAndTilesUnderItsBudget) {
     const fs::path scene = sourceDir() / "examples" / "scenes" / "engine.glb";
     const std::string size = std::to_string(picture.width) + "x" + std::to_string(picture.height);
     const auto render = [&](const std::string& name, const std::vector<std::string>& more) {
-        // The camera is far away, so that the time depends only on the number of pixels.
+        // The camera is so far away that the time depends only on the number of pixels.
         std::vector<std::string> all{"render", scene.string(), "-o",       scratch / name,
                                      "--eye",  "0.6,0.5,1.8",  "--target", picture.target,
                                      "--json", "--size",       size};

@@ -134,7 +134,7 @@ TEST_F(ManyScenes, FoldersAreMadeUnlessTheyMayNot) {
     EXPECT_FALSE(fs::exists(out_));
     EXPECT_EQ(render({scene, "-o", out("a.exr")}).exit_code, 0);
     EXPECT_TRUE(fs::exists(out_ / "a.exr"));
-    // If a folder cannot be created, an error is reported before any work, even in a dry run.
+    // If a folder cannot be created, there is an error before any work, even in a dry run.
     writeText(scratch_ / "file", "");
     for (const char* more : {"--quiet", "--dry-run"}) {
         const Outcome impossible =

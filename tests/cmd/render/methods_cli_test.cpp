@@ -66,7 +66,7 @@ TEST_F(Methods, TheCompositeOfEveryExactMethodIsThatOfTheLayers) {
     }
 }
 
-/// Front-to-back methods perform the same operations as compositing of layers.
+/// Front-to-back methods perform the same operations as the compositing of layers.
 TEST_F(Methods, FrontToBackIsTheSameToTheBit) {
     const std::string scene = (sourceDir() / "examples/scenes/panes.glb").string();
     const std::vector<std::string> size = {"--size", "320x180", "-q"};
@@ -177,7 +177,7 @@ TEST_F(Methods, WrongClipVolumesAreUsageErrors) {
     EXPECT_NE(few.err.find("expected 6 numbers x,y,z,x,y,z: --clip-box 1,2,3"), std::string::npos)
         << few.err;
     expectUsageError({"--clip-mesh", "ball"}, "unknown node: --clip-mesh ball");
-    // This node holds only the camera.
+    // This node has only the camera.
     expectUsageError({"--clip-mesh", "5"}, "no triangles to clip with");
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests sequences of frames: split among processes, skipped if they exist, continued after a
+// Tests sequences of frames: split among processes, skipped if their files exist, continued after a
 // failure.
 #include <gtest/gtest.h>
 #include <sys/mount.h>
@@ -99,7 +99,7 @@ TEST_F(Sequence, RefusesWhatMakesNoSense) {
              {"--frames", "1-3", "--chunk", "0/2"},
              {"--frames", "1-3", "--chunk", "3/2"},
              {"--frames", "1-1000000000"},
-             // The command is for several frames, even if this process renders only one of them.
+             // There are several frames in all, even if this process renders only one of them.
              {"--frames", "1-3", "--chunk", "1/3", "-o", path("one.exr")},
              {"--tile", "2/1"},
              {"--tile", "1/2", "--as", "composite", "--fxaa"},
@@ -120,11 +120,11 @@ TEST_F(Sequence, SkipExistingLeavesAloneWhatWouldBeTheSame) {
     const auto first = node(1);
     EXPECT_EQ(skipped(render({"--frames", "1-4", "--skip-existing"})), (std::set{1, 2, 3, 4}));
     EXPECT_EQ(node(1), first);
-    // None of these settings affects the picture, so all frames are kept.
+    // These settings do not affect the picture, so all frames are kept.
     EXPECT_EQ(skipped(render({"--frames", "4-1", "--skip-existing", "--threads", "1", "--method",
                               "dual", "--memory", "1G", "--keep-going"})),
               (std::set{1, 2, 3, 4}));
-    // These are all settings that affect the picture, with the words in the message about each.
+    // All settings that affect the picture, each with its text in the message.
     const struct {
         std::vector<std::string> options;
         std::string difference;
@@ -202,7 +202,7 @@ TEST_F(Sequence, SkipExistingDoesNotHideWhatStrictRefuses) {
 }
 
 TEST_F(Sequence, FramesOfMotionAreOfOneSequence) {
-    // Rounding makes 1 / (next - this) differ between these frames.
+    // 1 / (next - this) differs between these frames because of rounding.
     ASSERT_EQ(render({"--frames", "1-7", "--channels", "motion"}).exit_code, 0);
     std::vector<std::string> verify{"verify"};
     for (int i = 1; i <= 7; ++i)
@@ -262,7 +262,7 @@ TEST_F(Sequence, DryRunTellsAndWritesNothing) {
     EXPECT_EQ(pictures[0].at("crop"), Json::parse("[0, 27, 96, 27]"));
     EXPECT_EQ(pictures[0].at("exists"), false);
     EXPECT_EQ(pictures[1].at("exists"), true);
-    EXPECT_EQ(pictures[1].at("action"), "render");  // the existing file is of the whole picture
+    EXPECT_EQ(pictures[1].at("action"), "render");  // the existing file has the whole picture
     EXPECT_EQ(pictures[0].at("difference"), "");
     EXPECT_EQ(pictures[1].at("difference"), "--crop: 0,27,96,27, not 0,0,96,54");
     const CommandResult whole = render({"--frames", "2", "--skip-existing", "--dry-run"});

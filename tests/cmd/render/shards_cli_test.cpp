@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests samples in tar shards: they are the usual files under their keys, and can be skipped,
-// chunked and refused.
+// Tests samples in tar shards: the members are the usual files under their keys. They can be
+// skipped, chunked and rejected.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -132,7 +132,7 @@ TEST_F(ShardsOfPictures, AreSharedByScenes) {
     unpacked({"s-00.tar", "s-01.tar"}, &order);
     EXPECT_EQ(order, Json({{"scenes_a_x.npz", "scenes_a_x.json", "scenes_b.npz", "scenes_b.json"},
                            {"below_b.npz", "below_b.json"}}));
-    // Each chunk has a part of the scenes and shards of its own.
+    // Each chunk has its own part of the scenes, and its own shards.
     Strings chunk = asked;
     chunk.insert(chunk.end(), {"--chunk", "2/2"});
     EXPECT_EQ(rendered(scenes_, "c{chunk}-##.tar", chunk).at("scenes").size(), 2U);
@@ -142,7 +142,7 @@ TEST_F(ShardsOfPictures, AreSharedByScenes) {
     const Outcome same = render(scenes_, "t-##.tar", {});
     EXPECT_EQ(same.exit_code, 2);
     EXPECT_TRUE(contains(same.err, "--shard-member")) << same.err;
-    // If a scene fails, its samples are left out; existing samples are kept.
+    // If a scene fails, its samples are missing; existing samples are kept.
     const Outcome rest =
         runPeeler({"render", (scenes_ / "a.x.gltf").string(), (scenes_ / "none.gltf").string(),
                    (scenes_ / "below/b.gltf").string(), "-o", (scratch_ / "s-##.tar").string(),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kills runs that write shards at random moments: files with final names must be complete.
+// Kills runs that write shards at random moments. Files with final names must be complete.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
@@ -22,8 +22,8 @@ using namespace std::chrono_literals;
 
 constexpr int kViews = 24, kOfAShard = 4;
 
-/// A Python program that prints the members of shards and their hashes; fails if tarfile cannot
-/// read a shard to its end or if a sample is incomplete.
+/// A Python program that prints the members of shards with their hashes. Fails if tarfile cannot
+/// read a shard to its end, or if a sample is incomplete.
 constexpr const char* kRead = R"(
 import hashlib, json, sys, tarfile
 found = {}
@@ -102,7 +102,7 @@ TEST_F(KilledShards, AreWholeOrNotThere) {
     int killed = 0, runs = 0;
     std::size_t left = 0;
     for (; killed < kills && runs < 3 * kills; ++runs) {
-        // A random half of the shards exists already.
+        // A random half of the shards already exists.
         for (const std::string& shard : shardsIn(out))
             if (random() % 2 == 0) fs::remove(shard);
         const std::size_t before = shardsIn(out).size();
@@ -116,7 +116,7 @@ TEST_F(KilledShards, AreWholeOrNotThere) {
         const CommandResult result = run.wait();
         ASSERT_TRUE(result.exit_code == 137 || result.exit_code == 0) << result.err;
         killed += result.exit_code == 137;
-        // The run ended before the kill, so runs are faster now than when they were timed.
+        // The run ended before the kill, so runs have become faster.
         if (result.exit_code == 0) takes *= 0.8;
         std::size_t others = 0;
         shardsIn(out, &others);

@@ -15,8 +15,8 @@ namespace fs = std::filesystem;
 struct Kind {
     const char* name;
     std::vector<std::string> options;
-    /// Whether the files are the same, or only the pixels: tiles of a composite do not record its
-    /// background.
+    /// Whether the files are identical, or only their pixels: tiles of a composite do not record
+    /// its background.
     bool same_file = true;
 };
 
@@ -49,10 +49,9 @@ TEST_P(Tiles, TogetherAreThePicture) {
         if (GetParam().same_file) {
             EXPECT_EQ(bytesOf(scratch / "merged.exr"), bytesOf(scratch / "whole.exr")) << count;
         }
-        // OpenImageIO compares every channel of every part.
         const Outcome diff = runCommand({"idiff", "-a", "-fail", "0", "-warn", "0",
                                          scratch / "merged.exr", scratch / "whole.exr"});
-        const bool deep = std::string(GetParam().name) == "Deep";  // idiff cannot read these
+        const bool deep = std::string(GetParam().name) == "Deep";  // idiff cannot read deep files
         if (!deep) {
             EXPECT_EQ(diff.exit_code, 0) << count << diff.out << diff.err;
         }
@@ -145,7 +144,7 @@ TEST(Strips, CompositesAreNotMixedWithLayersOrBackgrounds) {
     EXPECT_EQ(runPeeler({"merge", a, "-o", out}).exit_code, 3);  // the other tile is missing
     EXPECT_EQ(runPeeler({"merge", b, "-o", out, "--allow-gaps"}).exit_code, 0);
     EXPECT_EQ(runPeeler({"merge", a, a, "-o", out}).exit_code, 3);
-    EXPECT_EQ(runPeeler({"merge", a, b, "-o", out}).exit_code, 0);  // --as is not needed
+    EXPECT_EQ(runPeeler({"merge", a, b, "-o", out}).exit_code, 0);  // no --as needed
     EXPECT_EQ(runPeeler({"verify", out}).exit_code, 0);
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests coloured glass on the command line: AR, AG, AB in every kind of file, and their uses.
+// Tests coloured glass on the command line: AR, AG, AB in every kind of file, and the verbs that
+// read them.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -58,7 +59,7 @@ TEST_F(TintedFiles, HaveTheOpacityOfEveryChannelBesideAlpha) {
     compositeOver(image, {}, made);
     EXPECT_EQ(made.rgba.size(), stored.rgba.size());
     EXPECT_EQ(run({"verify", at("a.exr")}).exit_code, 0);
-    // Beside the wall, only the red pane is visible, in front of nothing.
+    // At the side of the wall, only the red pane is visible, with nothing behind it.
     EXPECT_EQ(stored.colorAt(0), (TintedColor{0, 0, 0, stored.rgba[0][3], 0, 0.75F, 0.5F}));
     EXPECT_NEAR(stored.rgba[0][3], 1.25 / 3, 1e-3);
     EXPECT_NE(runPeeler({"info", at("a.exr")}).out.find("A half AB half AG half AR half B half"),
@@ -77,7 +78,7 @@ TEST_F(TintedFiles, AreThereOnlyIfGlassIsColouredAndWanted) {
     };
     render("color.exr");
     EXPECT_NE(hash("color.exr"), hash("alpha.exr"));
-    // Where nothing has coloured opacity, both kinds of transmission give the same bytes.
+    // Without coloured opacity, both kinds of transmission give the same bytes.
     render("other.exr", {"--include", "pane 3", "--transmission", "alpha"});
     EXPECT_EQ(hash("without.exr"), hash("other.exr"));
     const std::string example = (sourceDir() / "examples/scenes/glasses.glb").string();
@@ -150,7 +151,7 @@ TEST_F(TintedFiles, TintTheBackgroundOfPictures) {
     EXPECT_NEAR(corner[0], 1, 5e-3);
     EXPECT_NEAR(corner[1], 0.25, 5e-3);
     EXPECT_NEAR(corner[2], 0.5, 5e-3);
-    // Pictures made from layers, by view and by sheet must look the same.
+    // Pictures made from layers, also by view and sheet, must look the same.
     render("layers.exr");
     run({"flatten", at("layers.exr"), "-o", at("again.png"), "--background", "#ffffff"});
     const auto same = [&](const std::string& other) {
@@ -168,7 +169,7 @@ TEST_F(TintedFiles, TintTheBackgroundOfPictures) {
             EXPECT_NEAR(view.image.rgba[p][c], picture.image.rgba[p][c], 0.02) << p;
     run({"sheet", at("layers.exr"), "-o", at("sheet.png"), "--background", "#ffffff"});
     const FlatImage sheet = readFlatImage(at("sheet.png"));
-    int red = 0;  // pixels that show the red pane over white
+    int red = 0;  // number of pixels that show the red pane over white
     for (const auto& rgba : sheet.image.rgba)
         red += rgba[0] > 0.99F && std::abs(rgba[1] - 0.25F) < 0.01F ? 1 : 0;
     EXPECT_GT(red, 100);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests many views of a scene in one process: orbits and files of cameras.
+// Tests many views of a scene in one process: orbits, and files of cameras.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -78,8 +78,7 @@ TEST_F(Views, AreWrittenForOtherPrograms) {
     EXPECT_GT(fs::file_size(scratch_ / "model/points3D.bin"), 1000U);
     const Json again = rendered("again/@.exr", {"--cameras", (scratch_ / "model").string()});
     ASSERT_EQ(again.size(), 3U);
-    // Poses were converted to quaternions and back, so fragments are the same except for rounding
-    // of 1e-16.
+    // The conversion of poses to quaternions and back causes rounding errors of 1e-16.
     EXPECT_EQ(runPeeler({"compare", (scratch_ / "0002.exr").string(),
                          (scratch_ / "again/0002.exr").string(), "--max-depth", "1e-5"})
                   .exit_code,
@@ -152,7 +151,7 @@ TEST_F(Views, ThatAreThereAreLeftAlone) {
     EXPECT_TRUE(views[0].contains("skipped"));
     EXPECT_FALSE(views[1].contains("skipped"));
     EXPECT_TRUE(views[2].contains("skipped"));
-    // If the scene has another size, the picture is different, too.
+    // If the scene's scale changes, the picture changes, too.
     std::vector<std::string> other = asked;
     other.insert(other.end(), {"--normalize", "unit-cube"});
     const Json again = rendered("@.exr", other);
@@ -180,8 +179,7 @@ TEST_F(Views, OfRaysAreBundlesOrFiles) {
         hits += view.at("hits").get<std::uint64_t>();
     EXPECT_EQ(all.at("hits"), hits);
     EXPECT_EQ(alone[2].at("camera"), "0002");
-    // A view's file is the same whether or not other views were traced before it; with --dense,
-    // too.
+    // A view's file does not depend on other views traced before it, also with --dense.
     const std::string third = text("0002.npz");
     fs::remove(scratch_ / "0002.npz");
     const Json again = rays("@.npz", {"--skip-existing", "--chunk", "2/2"}).at("views");
@@ -218,7 +216,7 @@ TEST_F(Views, OfSheetsAreSheets) {
     EXPECT_EQ(text("0001.png"), second);
     EXPECT_TRUE(sheets({"--skip-existing"})[1].contains("skipped"));
     EXPECT_FALSE(sheets({"--skip-existing", "--progression"})[1].contains("skipped"));
-    // A file that must not be replaced prevents only its own picture.
+    // An existing file that must not be replaced stops only its own picture.
     fs::remove(scratch_ / "0000.png");
     const Outcome kept = runPeeler({"sheet", scene_, "-o", (scratch_ / "@.png").string(), "--views",
                                     "2", "--size", "40x30", "--keep-going", "--no-clobber"});
@@ -228,8 +226,8 @@ TEST_F(Views, OfSheetsAreSheets) {
 }
 
 TEST_F(Views, OfBopHaveObjectsInPlace) {
-    // The scene is a triangle whose node is the object 7. BOP's files put it 2 in front of a camera
-    // at the origin and 1 to the right.
+    // The scene is a triangle whose node is object 7. BOP's files place it 2 in front of a camera
+    // at the origin, and 1 to the right.
     GltfBuilder builder = triangle();
     builder.gltf["nodes"] = {{{"name", "obj_000007"}, {"mesh", 0}, {"translation", {50, 60, 70}}}};
     builder.gltf["scenes"] = {{{"nodes", {0}}}};
@@ -249,7 +247,7 @@ TEST_F(Views, OfBopHaveObjectsInPlace) {
     EXPECT_EQ(info.plan.layers[0].data_window.x0, 30);
     EXPECT_EQ(info.plan.layers[0].data_window.y0, 20);
 
-    // Rays and sheets must show the object in the same place, and notice when it moves.
+    // Rays and sheets must show the object in the same place, and detect when it moves.
     const auto made = [&](const char* verb, const char* name) {
         const Outcome result =
             runPeeler({verb, scene_, "-o", (scratch_ / name).string(), "--cameras", cameras,

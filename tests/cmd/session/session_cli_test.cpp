@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests that a session keeps opened scenes while their files are unchanged, within its memory
-// limit.
+// Tests that a session keeps scenes open while their files are unchanged, within its memory limit.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -33,7 +32,7 @@ class Messages final : public cmd::Reporter {
     }
 };
 
-/// Sets a file's modification time to the past, so that the next change is noticed.
+/// Sets a file's modification time to the past, so that the next change is detected.
 void settle(const fs::path& path) {
     fs::last_write_time(path, fs::file_time_type::clock::now() - std::chrono::seconds(1));
 }
@@ -85,13 +84,13 @@ TEST_F(SessionTest, OpensAgainWhatHasNotChanged) {
 TEST_F(SessionTest, ReadsAgainWhereAMissingFileAppears) {
     std::ofstream(scene_) << "mtllib paint.mtl\nusemtl red\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
     settle(scene_);
-    // Since the reader warns of a missing file, the session watches the folder, too.
+    // The reader warns of a missing file, so the session watches the folder, too.
     settle(folder_.path());
     cmd::Session session(messages_, std::uint64_t{1} << 30);
     const cmd::SharedScene first = session.open(request());
     ASSERT_FALSE(messages_.warnings.empty());
     EXPECT_EQ(session.open(request()), first);
-    // A scene that is already open repeats its warnings.
+    // open() repeats the warnings of a scene that is already open.
     EXPECT_EQ(messages_.warnings.size() % 2, 0U);
     std::ofstream(folder_ / "paint.mtl") << "newmtl red\nKd 1 0 0\n";
     messages_.warnings.clear();
@@ -131,7 +130,7 @@ TEST_F(SessionTest, KeepsContextsAndWhatIsUploaded) {
 }
 
 TEST_F(SessionTest, ForgetsWhatWasUsedLongestAgo) {
-    cmd::Session session(messages_, 1);  // there is room only for what is in use
+    cmd::Session session(messages_, 1);  // a limit that keeps only scenes in use
     const fs::path second = folder_ / "second.obj";
     writeTriangle(second, 3);
     cmd::SceneRequest other = request();
@@ -144,7 +143,7 @@ TEST_F(SessionTest, ForgetsWhatWasUsedLongestAgo) {
     }
     const cmd::SharedScene scene = session.open(other);
     session.renderer(device(), scene, scene->at(0));
-    // A small scene may have no memory pages of its own and stay; forget() removes it, too.
+    // A small scene may have no memory pages of its own, and then stays; forget() removes it, too.
     session.forget();
     EXPECT_TRUE(first.expired());
 }

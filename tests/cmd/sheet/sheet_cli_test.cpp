@@ -18,8 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Sheets of five half-transparent red triangles, each of which fills the picture of 96 x 64
-/// pixels.
+/// Sheets of five half-transparent red triangles. Each fills the picture of 96 x 64 pixels.
 class SheetCommand : public testing::Test {
   protected:
     void SetUp() override {
@@ -68,7 +67,7 @@ TEST_F(SheetCommand, HasTheCompositeAndEveryLayer) {
 }
 
 TEST_F(SheetCommand, CellsShowTheirPixels) {
-    // The base colour is (1, 0, 0, 0.5), unlit over black: red is 0.5 in one layer and 1 - 2^-5 in
+    // The base colour is (1, 0, 0, 0.5), unlit, over black: red is 0.5 in one layer and 1 - 2^-5 in
     // all five.
     ASSERT_EQ(sheet({"--background", "#000000", "--tone-map", "none"}).exit_code, 0);
     const CompositeImage page = readFlatImage(sheet_).image;
@@ -76,7 +75,7 @@ TEST_F(SheetCommand, CellsShowTheirPixels) {
         const int x = 4 + column * 100 + 48, y = page.window.height() - from_bottom;
         return page.rgba[static_cast<std::size_t>(y * page.window.width() + x)];
     };
-    // These are heights above the lower edge of the page.
+    // Heights above the lower edge of the page.
     const int lower = 20, upper = lower + 64 + 2 * 4 + 21;
     EXPECT_NEAR(at(0, upper)[0], 1 - 1 / 32.0, 0.01);  // composite
     EXPECT_NEAR(at(1, upper)[0], 0.5, 0.01);           // layer 0
@@ -98,7 +97,7 @@ TEST_F(SheetCommand, ProgressionComesNearer) {
     const Json json = cells({"--progression"});
     EXPECT_EQ(labels(json), (std::vector<std::string>{"1 layer", "2 layers", "3 layers", "4 layers",
                                                       "all 5 layers"}));
-    // The composite's red and alpha are 1 - 2^-5, those of k layers 1 - 2^-k; green and blue are 0.
+    // Red and alpha are 1 - 2^-5 in the composite and 1 - 2^-k with k layers; green and blue are 0.
     for (int k = 1; k <= 5; ++k) {
         const Json& cell = json.at("cells").at(static_cast<std::size_t>(k - 1));
         const double apart = std::exp2(-k) - std::exp2(-5);
@@ -171,7 +170,7 @@ TEST_F(SheetCommand, SaysWhatDoesNotGoTogether) {
     EXPECT_EQ(runPeeler({"sheet", sheet_, "-o", (scratch_ / "other.png").string()}).exit_code, 3);
 }
 
-/// Returns two half-transparent triangles that fill the picture, the nearer one red and drawn
+/// Returns two half-transparent triangles that fill the picture. The nearer one is red and drawn
 /// first.
 nlohmann::json redBeforeGreen() {
     nlohmann::json scene = stackScene(2);
@@ -199,7 +198,7 @@ class SheetOfAScene : public testing::Test {
     std::string sheet_ = (scratch_ / "sheet.png").string();
 };
 
-// Sorted, red is 1/2 and green 1/4. In draw order green covers red, so red is 1/4 and green 1/2.
+// Sorted, red is 1/2 and green 1/4. In draw order, green covers red: red is 1/4 and green 1/2.
 constexpr double kUnsortedRmse = 0.25 / 1.41421356;  // two of four channels are off by 1/4
 
 TEST_F(SheetOfAScene, ShowsUnsortedBlendingBesideTheComposite) {
@@ -220,7 +219,7 @@ TEST_F(SheetOfAScene, ShowsUnsortedBlendingBesideTheComposite) {
     }
     EXPECT_EQ(cells({"--methods", "none"}).size(), 3U);
     EXPECT_EQ(cells({"--layers", "1"}).size(), 2U);
-    // Any limit hides plain blending, even if it leaves nothing out.
+    // Any limit hides plain blending, even if it omits no fragments.
     EXPECT_EQ(cells({"--occlusion-ratio", "0.1"}).size(), 3U);
     EXPECT_EQ(cells({"--cells", "2"}).at(1).at("label"), "plain blending");
     EXPECT_EQ(cells({"--cells", "1"}).at(0).at("label"), "composite");

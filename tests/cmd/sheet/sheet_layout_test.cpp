@@ -54,7 +54,7 @@ TEST(SheetLayout, ExposureActsOnCellsAlone) {
     const CompositeImage plain = layOut(one, style);
     style.exposure = 1;
     const CompositeImage brighter = layOut(one, style);
-    EXPECT_EQ(plain.rgba.front(), brighter.rgba.front());  // the page's own colour is unchanged
+    EXPECT_EQ(plain.rgba.front(), brighter.rgba.front());  // unaffected by exposure
     const std::size_t inside = plain.rgba.size() - 10 * 48 - 20;
     EXPECT_FLOAT_EQ(plain.rgba[inside][0], 0.1F);
     EXPECT_FLOAT_EQ(brighter.rgba[inside][0], 0.2F);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests peeler verify: every rule is broken once, in files that OpenEXR itself accepts.
+// Tests peeler verify: breaks every rule once, in files that OpenEXR itself accepts.
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfInputPart.h>
@@ -106,7 +106,7 @@ class VerifyCommand : public testing::Test {
         EXPECT_EQ(std::count(result.out.begin(), result.out.end(), '\n'), 1) << result.out;
         EXPECT_EQ(result.err.find("peeler: error: ") == 0, exit_code != 0) << result.err;
     }
-    /// Returns the first pixel, row by row, that has exactly this many fragments.
+    /// Returns the first pixel in row order that has exactly this many fragments.
     static std::array<int, 2> pixelWith(std::uint32_t fragments) {
         const LayeredImage& image = picture_.image;
         for (int y = 0; y < image.window.y1; ++y) {
@@ -120,8 +120,7 @@ class VerifyCommand : public testing::Test {
         return "(" + std::to_string(pixel[0]) + ", " + std::to_string(pixel[1]) + ")";
     }
 
-    /// The picture's colours are floats, since OpenEXR's classes would not convert them back to
-    /// half.
+    /// Float colours, since OpenEXR's classes would not convert them back to half.
     static inline const SyntheticPicture picture_ = makePicture({.color_type = PixelType::kFloat});
     ScratchDir scratch_;
 };
@@ -130,7 +129,7 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 TEST_F(VerifyCommand, GoodFiles) {
     expect(write("a.exr"), 0, "a.exr: good, 7 layers, ");
-    // A copy by OpenEXR's own writer, with the same pixels, is good.
+    // A copy of the same pixels by OpenEXR's own writer is good.
     const std::string copy = damaged("none", [](Planes&) {});
     expect(copy, 0, " fragments; without peeler:pixelHash\n");
     const Json json = Json::parse(verify({path("a.exr"), copy, "--json"}).out);
@@ -196,7 +195,7 @@ TEST_F(VerifyCommand, HeadersThatDoNotAgree) {
     const std::string count = std::to_string(picture_.plan.fragments_stored);
     std::string wrong = count;
     wrong.back() = wrong.back() == '9' ? '8' : static_cast<char>(wrong.back() + 1);
-    // The counts are changed in all parts, since OpenEXR does not compare parts.
+    // Changes the counts in all parts, since OpenEXR does not compare parts.
     for (const char* name : {"peeler:fragmentsStored", "peeler:fragmentsCounted"}) {
         for (std::size_t i = 0; (i = bytes.find(name, i)) != std::string::npos; ++i)
             bytes.replace(bytes.find(count, i), count.size(), wrong);
@@ -209,7 +208,7 @@ TEST_F(VerifyCommand, IncompleteFiles) {
     SyntheticPicture picture = picture_;
     picture.plan.fragments_counted += 5;
     expect(write("a.exr", {}, picture), 6, "not complete: ");
-    // If several files have faults, the worst exit code counts.
+    // The worst exit code of all files counts.
     writeText(path("b.exr"), "no picture");
     EXPECT_EQ(verify({path("a.exr"), path("b.exr")}).exit_code, 3);
 }
@@ -231,8 +230,8 @@ TEST_F(VerifyCommand, FilesCutOffOrDamaged) {
 TEST_F(VerifyCommand, FilesThatHaveChangedSinceTheyWereWritten) {
     const std::string bytes =
         bytesOf(write("a.exr", {}, makePicture({.width = 12, .height = 9, .most_layers = 2})));
-    // Whether every changed bit is found is tested by exr_integrity_test; here, files with changes
-    // must not crash.
+    // Files with changed bits must not crash verify. (exr_integrity_test checks that every changed
+    // bit is found.)
     for (std::size_t at = 0; at < bytes.size(); at += exhaustive() ? 1 : 29) {
         std::string changed = bytes;
         changed[at] = static_cast<char>(changed[at] ^ (1 << (at % 8)));
@@ -261,7 +260,7 @@ TEST_F(VerifyCommand, CamerasThatContradictThemselves) {
 
 TEST_F(VerifyCommand, ASequence) {
     const std::vector<std::string> frames{writeFrame(1), writeFrame(3), writeFrame(5)};
-    EXPECT_EQ(verify(frames).exit_code, 0);  // every second frame is a regular sequence
+    EXPECT_EQ(verify(frames).exit_code, 0);  // every second frame: a regular sequence
     const std::string seventh = writeFrame(9);
     const Outcome gap = verify({frames[0], frames[1], frames[2], seventh});
     EXPECT_EQ(gap.exit_code, 6);
@@ -278,7 +277,7 @@ TEST_F(VerifyCommand, OtherSettings) {
     const std::string a = writeFrame(1), b = writeFrame(2, "other");
     const Outcome result = verify({a, b});
     EXPECT_EQ(result.exit_code, 3);
-    // The first file is older than peeler:settings, so only the fact that settings differ is known.
+    // The first file has no peeler:settings, so verify can only say that settings differ.
     EXPECT_NE(result.out.find("frame2.exr: differs from " + a +
                               " in other settings, which peeler test did not record\n"),
               std::string::npos)
@@ -328,7 +327,7 @@ TEST_F(VerifyCommand, DifferencesAreToldInWords) {
     const Outcome skies = verify({writeWith("c.exr", sky), writeWith("d.exr", other_sky)});
     EXPECT_NE(skies.out.find(" in --environment, another file\n"), std::string::npos) << skies.out;
     EXPECT_EQ(skies.out.find("abcdef"), std::string::npos) << skies.out;
-    // Settings that are not a JSON object or are nested too deeply must not cause a crash.
+    // Settings that are not a JSON object, or are nested too deeply, must not cause a crash.
     for (const std::string& text : {std::string("["), std::string(100000, '['), std::string("7")}) {
         const Outcome broken = verify({a, writeWith("b.exr", text)});
         EXPECT_EQ(broken.exit_code, 3);
@@ -363,8 +362,8 @@ TEST_F(VerifyCommand, FilesOfOthersAreReadToTheirEnd) {
     }
     expect(path("tiled.exr"), 0, "readable; not written by peeler");
     std::string bytes = bytesOf(path("tiled.exr"));
-    // The damaged byte is in the size of the last tile's pixels, at the smallest level (1 x 1: 4
-    // bytes, uncompressed).
+    // Damages the size of the last tile's pixels at the smallest level (1 x 1: 4 bytes,
+    // uncompressed).
     bytes[bytes.size() - 8] = 99;
     writeText(path("damaged.exr"), bytes);
     expect(path("damaged.exr"), 3, "OpenEXR cannot read it");

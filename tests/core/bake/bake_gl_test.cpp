@@ -31,7 +31,7 @@ BakeSettings settingsOf(BakeQuantity quantity, int directions = 512) {
     return settings;
 }
 
-/// A scene and its baked values.
+/// A scene, and its baked values on request.
 class Bakery {
   public:
     Bakery(const std::string& engine, const Scene& scene)
@@ -59,7 +59,7 @@ class Bakery {
     VertexReceivers vertices_;
 };
 
-/// Adds a rectangle around a point, facing +Y, or −Y with `down`.
+/// Adds a horizontal square around a point. It faces +Y or, with `down`, −Y.
 int plate(SceneBuilder& builder, const glm::vec3& center, float half, int material,
           bool down = false) {
     const float s = down ? -half : half;
@@ -68,7 +68,7 @@ int plate(SceneBuilder& builder, const glm::vec3& center, float half, int materi
                         material);
 }
 
-/// Adds the sides of a box around the origin, each facing outward, or inward.
+/// Adds the sides of a box around the origin. They face outward or, with `inward`, inward.
 void box(SceneBuilder& builder, const glm::vec3& half, int material, bool inward = false) {
     for (int axis = 0; axis < 3; ++axis) {
         for (const float sign : {-1.0F, 1.0F}) {
@@ -82,11 +82,11 @@ void box(SceneBuilder& builder, const glm::vec3& half, int material, bool inward
     }
 }
 
-/// Adds a disc parallel to the floor, with the area of a circle of this radius.
+/// Adds a disc parallel to the floor. Its area is that of a circle of this radius.
 void disc(SceneBuilder& builder, float height, double radius, int material) {
     constexpr int kSides = 90;
     const double wedge = 2 * kPi / kSides;
-    // The corners are placed so that the polygon has the circle's area.
+    // The polygon's corners are placed so that its area is the circle's.
     const double corner = radius * std::sqrt(wedge / std::sin(wedge));
     std::vector<glm::vec3> positions;
     const auto at = [&](int i) {
@@ -97,8 +97,8 @@ void disc(SceneBuilder& builder, float height, double radius, int material) {
     builder.triangles(positions, material);
 }
 
-/// Adds an inward-facing sphere of radius 1 without its top: everything less than `opening` radians
-/// from +Y is missing.
+/// Adds a sphere of radius 1 that faces inward and has no top: the part within `opening` radians of
+/// +Y is missing.
 void bowl(SceneBuilder& builder, double opening, int material) {
     constexpr std::uint32_t kRows = 64, kColumns = 128;
     Primitive p;
@@ -145,7 +145,7 @@ double mean(const std::vector<float>& values) {
     return sum / static_cast<double>(values.size());
 }
 
-/// Runs with each engine.
+/// Instantiated for each engine (--engine).
 class Bake : public testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(By, Bake, testing::Values("cpu", "gl"),
                          [](const auto& row) { return std::string(row.param); });
@@ -161,8 +161,8 @@ TEST_P(Bake, NothingOccludesAConvexBody) {
         Bakery bakery(GetParam(), builder.scene());
         const auto ao = bakery.atVertices(settingsOf(BakeQuantity::kAmbientOcclusion, 256));
         SCOPED_TRACE(round ? "sphere" : "box");
-        // Bundles approximate a facet by samples at rays, which extend it beyond its edges; hence
-        // the tolerance, and a larger one for the sphere's many edges.
+        // Bundles sample a facet at their rays, which extends the facet beyond its edges; hence the
+        // tolerances. The sphere has many edges, so its tolerance is larger.
         expectAll(ao, 1, round ? 0.03 : 5e-4);
         EXPECT_GT(mean(ao), 0.998);
     }
@@ -208,7 +208,7 @@ INSTANTIATE_TEST_SUITE_P(By, UnderARoof, testing::Values("cpu", "gl"),
 
 TEST_P(UnderARoof, ADiscHidesItsFormFactor) {
     build(1, 0.75F);
-    // The unoccluded share is 1 − R² / (R² + h²): Howell's catalogue of configuration factors,
+    // The unoccluded share is 1 − R² / (R² + h²), by Howell's catalogue of configuration factors,
     // B-12.
     EXPECT_NEAR(value(settingsOf(BakeQuantity::kAmbientOcclusion, 1024)), 0.36, 0.01);
     // Sky visibility equals ambient occlusion here because the receiver's normal points straight
@@ -227,20 +227,20 @@ TEST_P(UnderARoof, WhatIsFartherThanTheLargestDistanceHidesNothing) {
     settings.max_distance = 0.8;  // the rays reach only up to the disc's radius R with R² = D² − h²
     EXPECT_NEAR(value(settings), 0.25 / 0.64, 0.01);
     settings.max_distance = 0.49;
-    // On a GPU, rounded depths may let the floor occlude itself in a grazing direction; hence the
+    // On a GPU, rounded depths may let the floor occlude itself at grazing angles; hence the
     // tolerance.
     EXPECT_NEAR(value(settings), 1, 5e-5);
 }
 
 TEST_P(Bake, EveryPointOfABowlSeesAsMuchOfItsOpening) {
-    // Inside a sphere, the form factor of any part is its share of the sphere's area, seen from
-    // every point.
+    // Inside a sphere, the form factor of a part is its share of the sphere's area, as seen from
+    // any point.
     for (const double opening : {kPi / 2, kPi / 3}) {
         SceneBuilder builder;
         bowl(builder, opening, builder.material(glm::vec4(1), AlphaMode::kOpaque));
         Bakery bakery(GetParam(), builder.scene());
         std::vector<float> ao = bakery.atVertices(settingsOf(BakeQuantity::kAmbientOcclusion, 512));
-        // Skip the rim, where a ray cannot distinguish the bowl's inside from its outside.
+        // Skip the rim, where rays cannot tell the bowl's inside from its outside.
         ao.erase(ao.begin(), ao.begin() + std::ptrdiff_t{2} * 129);
         const double expected = (1 - std::cos(opening)) / 2;
         EXPECT_NEAR(mean(ao), expected, 0.005);
@@ -260,7 +260,7 @@ TEST_P(Bake, APlainSeesTheWholeSkyAndAWallHalfOfIt) {
     EXPECT_LT(sky[0], 0.95);  // the wall hides some of the sky
     EXPECT_NEAR(sky[1], 0.5, 0.01);
     EXPECT_NEAR(sky[2], 0.5, 0.01);
-    EXPECT_GT(open[1], 0.6);  // rays that pass below the horizon are unoccluded, too
+    EXPECT_GT(open[1], 0.6);  // below the horizon, rays are also unoccluded
     SceneBuilder plain;
     plate(plain, glm::vec3(0), 3, plain.material(glm::vec4(1), AlphaMode::kOpaque));
     Bakery lone(GetParam(), plain.scene());
@@ -277,8 +277,8 @@ TEST_P(Bake, BentNormalsLeanAwayFromWalls) {
     Bakery bakery(GetParam(), builder.scene());
     const Receivers receivers{{{0, 0, 0.2F}, {0, 0, -0.2F}}, {kUp, kDown}};
     const auto bent = bakery(receivers, settingsOf(BakeQuantity::kBentNormal, 1024));
-    // Over half a hemisphere the cosine-weighted sum of directions is (2/3, π/3), across and along
-    // the normal.
+    // Over half a hemisphere, the cosine-weighted sum of directions is (2/3, π/3): across the
+    // normal and along it.
     const double slope = 2 / kPi, along = 1 / std::hypot(1, slope);
     EXPECT_NEAR(bent[0], 0, 0.02);
     EXPECT_NEAR(bent[1], along, 0.02);
@@ -435,7 +435,7 @@ TEST_P(Bake, SumsOfReceiversCountUnderABudget) {
         EXPECT_NE(error.where().find("`memory`"), std::string::npos);
         EXPECT_FALSE(error.hint().empty());
     }
-    EXPECT_LT(residentBytes(), before + (16ULL << 20));  // it refuses without a trial run
+    EXPECT_LT(residentBytes(), before + (16ULL << 20));  // refuses without trial bakes
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests texel receivers: selection and positions, shared texels, chart borders, values between
-// texels and dilated beyond charts.
+// Tests texel receivers: which texels have receivers, their positions, shared texels, chart
+// borders, and values between texels and beyond charts.
 #include "core/bake/receivers.h"
 
 #include <gtest/gtest.h>
@@ -64,7 +64,7 @@ TEST(TexelReceivers, WrapAroundAsTexturesRepeat) {
     const TexelAtlas& atlas = placed.texels.atlases()[0];
     EXPECT_EQ(atlas.covered, std::uint64_t{kSize} * kSize);
     EXPECT_EQ(atlas.shared, 0U);
-    // Texel 0 is at u = −2 + 1/16, which is 9/16 along the quad.
+    // Texel 0 is at u = −2 + 1/16, which is 9/16 of the way across the quad.
     EXPECT_NEAR(placed.receivers.positions[atlas.first[0]].x, 0.5F + 0.0625F, 1e-6);
 }
 
@@ -74,7 +74,7 @@ TEST(TexelReceivers, OfTiledOrMirroredUvsShareTexels) {
     EXPECT_EQ(tiled.receivers.size(), 128U);
     const PlacedTexels mirrored(oneMesh({quad(), quad(1, 0, 0, 1)}), {8, 0});
     EXPECT_EQ(mirrored.texels.atlases()[0].shared, 64U);
-    // Both sides of the mirror share each texel, which gets their mean: 0.5 everywhere.
+    // Each texel is shared by both sides of the mirror and gets their mean: 0.5 everywhere.
     std::vector<float> values;
     for (const glm::dvec3& position : mirrored.receivers.positions)
         values.push_back(static_cast<float>(position.x));
@@ -85,8 +85,8 @@ TEST(TexelReceivers, OfTiledOrMirroredUvsShareTexels) {
 }
 
 TEST(TexelReceivers, OfNarrowChartsAreTheNearestPoints) {
-    // A ribbon along V spans U from 2.4 to 2.492 of 8 texels: no texel centre is inside it, but the
-    // one at 2.5 is just outside.
+    // A ribbon along V spans U from 2.4 to 2.492 texels. No texel centre is inside; the centre at
+    // 2.5 is just outside.
     const PlacedTexels placed(oneMesh({quad(0.30F, 0, 0.3115F, 1)}), {8, 0});
     const TexelAtlas& atlas = placed.texels.atlases()[0];
     EXPECT_EQ(atlas.covered, 0U);
@@ -165,8 +165,8 @@ TEST(TexelReceivers, GiveTheTexelUnderAHit) {
 }
 
 TEST(TexelCoverage, GivesEveryCentreOnAnEdgeToOneTriangle) {
-    // Triangle fans around a point have corners on texel centres and between them. Only the outer
-    // edges are not shared, so every centre inside must be covered exactly once.
+    // Triangle fans with corners on texel centres and between them. Only the outer edges are not
+    // shared, so every centre inside must be covered exactly once.
     const unsigned seed = 20261121;
     std::mt19937 random(seed);
     std::uniform_int_distribution<int> half(4, 60);
@@ -176,7 +176,7 @@ TEST(TexelCoverage, GivesEveryCentreOnAnEdgeToOneTriangle) {
         std::vector<UvTriangle> triangles;
         for (std::size_t i = 0; i < 4; ++i) {
             UvTriangle triangle{corners[i], corners[(i + 1) % 4], middle};
-            // Some triangles are turned over, as in mirrored charts.
+            // Some triangles have the opposite winding, as in mirrored charts.
             if (random() % 2) std::swap(triangle[0], triangle[1]);
             triangles.push_back(triangle);
         }
@@ -226,16 +226,16 @@ TEST(NearestFilled, IsTheNearestWithinReachAcrossBorders) {
 }
 
 TEST(TexelPixels, SpreadBeyondChartsAndFillTheRestWithTheMean) {
-    // The chart fills the left quarter. Beyond its border, dilation repeats the border's value over
-    // 2 texels; all other texels get the mean.
+    // The chart fills the left quarter. Dilation repeats the border's value over 2 texels beyond
+    // the border; all other texels get the mean.
     const PlacedTexels placed(oneMesh({quad(0, 0, 0.25F, 1)}), {16, 0});
     std::vector<float> values;
     for (const glm::dvec3& position : placed.receivers.positions)
         values.push_back(position.x < 0.999F && position.x > 0.001F ? 1.0F : 3.0F);
     const TexelAtlas& atlas = placed.texels.atlases()[0];
     const std::vector<float> pixels = placed.texels.pixels(atlas, values, 1, 2);
-    // Texels 0 to 3 have their centres in the chart, texels 4 and 15 (= −1) touch it, and 5, 6, 13
-    // and 14 are dilated.
+    // Texels 0 to 3 have their centres in the chart, texels 4 and 15 (= −1) touch it, and texels 5,
+    // 6, 13 and 14 are dilated.
     const float mean = (4 * 1.0F + 2 * 3.0F) / 6;
     const float expected[] = {1, 1, 1, 1, 3, 3, 3, mean, mean, mean, mean, mean, mean, 3, 3, 3};
     for (std::size_t x = 0; x < 16; ++x)

@@ -60,7 +60,7 @@ TEST(VertexReceivers, TakeTheVerticesOwnNormalsAndTurnThemAsSurfacesTurn) {
 
 TEST(VertexReceivers, StayOnTheFrontOfMirroredInstances) {
     // The front of a mirrored instance is the side that was counter-clockwise before mirroring, so
-    // it still faces +Z.
+    // the receivers still face +Z.
     const glm::dmat4 mirror = glm::scale(glm::dmat4(1), glm::dvec3(-1, 1, 1));
     Primitive with_normals = triangle();
     with_normals.normals.assign(3, {0, 0, 1});
@@ -81,7 +81,7 @@ TEST(VertexReceivers, WithoutNormalsTakeTheMeanOfTheirTrianglesByArea) {
     expectVector(placed.receivers.normals[0], glm::normalize(glm::vec3(2, 0, 1)));
     expectVector(placed.receivers.normals[1], {0, 0, 1});
     expectVector(placed.receivers.normals[3], {1, 0, 0});
-    // A vertex without triangles has no normal and sees nothing.
+    // A vertex without triangles has no normal and no rays.
     expectVector(placed.receivers.normals[5], {0, 0, 0});
 }
 
@@ -119,11 +119,11 @@ TEST(VertexReceivers, InterpolateTheCornersOfAKey) {
     scene.meshes[0].primitives = {triangle(), strip};
     const PlacedVertices placed(scene);
     const SurfaceLookup lookup = placed.vertices.lookup();
-    std::vector<float> values;  // the vertex's number n as (n, 10 n, 1)
+    std::vector<float> values;  // (n, 10 n, 1) for each vertex number n
     for (int i = 0; i < 7; ++i)
         values.insert(values.end(), {static_cast<float>(i), 10.0F * static_cast<float>(i), 1});
     expectVector(lookup(values, 1, {0.25F, 0.5F}), {1.25F, 12.5F, 1});
-    // GL draws the strip's second triangle as 2, 1, 3: receivers 5, 4, 6.
+    // The corners of a strip's second triangle are 2, 1, 3 in GL: receivers 5, 4, 6.
     expectVector(lookup(values, 3, {0, 0}), {5, 50, 1});
     expectVector(lookup(values, 3, {1, 0}), {4, 40, 1});
     expectVector(lookup(values, 3, {0, 1}), {6, 60, 1});

@@ -58,8 +58,8 @@ Primitive soup(RandomPoints& random, int triangles) {
 Receivers scattered(RandomPoints& random, std::size_t count) {
     Receivers receivers;
     for (std::size_t i = 0; i < count; ++i) {
-        // A quarter of them are clustered, so that some grid cells are empty, some have few and
-        // some many.
+        // Every fourth point is in a small cluster, so that the grid has empty, sparse and dense
+        // cells.
         receivers.positions.push_back(i % 4 == 0 ? random(0.02) : random(1.1));
         receivers.normals.push_back(random.normal());
     }
@@ -72,8 +72,8 @@ std::vector<std::uint32_t> all(const Receivers& receivers) {
     return chosen;
 }
 
-/// The distance of a ray's next hit, by Cramer's rule for each triangle. A ray is `doubtful` if
-/// rounding decides: a hit or near miss is close to an edge, to the ray's own surface or to the
+/// The distance to the next hit of a ray, by Cramer's rule for each triangle. A ray is `doubtful`
+/// if rounding decides: a hit or near miss is close to an edge, to the ray's own surface or to the
 /// grazing angle.
 struct RayHit {
     double distance = kInfinity;
@@ -213,7 +213,7 @@ TEST(VisibilityRays, HaveTheSameBitsOnEveryProcessor) {
     }
 }
 
-/// Returns a square of side 2 around the origin that faces +Z, with U to the right.
+/// Returns a square of side 2 around the origin. It faces +Z, and U is to the right.
 Primitive square(float z = 0) {
     Primitive p;
     p.positions = {{-1, -1, z}, {1, -1, z}, {1, 1, z}, {-1, 1, z}};
@@ -222,7 +222,7 @@ Primitive square(float z = 0) {
     return p;
 }
 
-/// Returns the distances that points see along +Z.
+/// Returns the distance from each point to the next hit along +Z.
 std::vector<float> seenUpward(const Scene& scene, const std::vector<glm::dvec3>& points,
                               Faces faces = Faces::kBoth) {
     const Occluders occluders(PosedScene(scene), faces);
@@ -235,7 +235,7 @@ std::vector<float> seenUpward(const Scene& scene, const std::vector<glm::dvec3>&
 
 TEST(VisibilityRays, GoThroughWhatAlphaLeavesOut) {
     Primitive p = square();
-    // Triangles elsewhere are added so that there are several patches.
+    // 300 more triangles, so that there are several patches.
     p.positions.insert(p.positions.end(), {{5, 0, 0}, {6, 0, 0}, {6, 1, 0}});
     p.texcoords[0].resize(p.positions.size());
     for (int i = 0; i < 300; ++i)
@@ -280,7 +280,7 @@ TEST(VisibilityRays, AreNotStoppedByWhatIsNowhere) {
         p.texcoords[0].resize(p.positions.size());
         p.indices.insert(p.indices.end(), {first, first + 1, first + 2});
     }
-    // Only must not crash: the scene's bounds are not finite either, so no other quantity can be
+    // This must not crash. The scene's bounds are not finite either, so no other quantity can be
     // baked.
     seenUpward(scene, {{0.3, 0.2, -2}});
     Scene line = oneMesh({square()});
@@ -289,7 +289,7 @@ TEST(VisibilityRays, AreNotStoppedByWhatIsNowhere) {
     EXPECT_EQ(seenUpward(line, {{0.3, 0.2, -2}})[0], 2);
 }
 
-/// The CPU's hits as a source that prefers bundles.
+/// The CPU's hits, from a source that prefers bundles.
 class Bundled final : public HitSource {
   public:
     explicit Bundled(const PosedScene& posed) : hits_(posed) {}
@@ -324,7 +324,8 @@ std::vector<float> baked(HitSource& source, const Receivers& receivers,
     return bake(source, receivers, settings, capture, {}, {});
 }
 
-/// Receivers in a scene, with two hit sources: one for individual rays, one that prefers bundles.
+/// Receivers in a scene with two hit sources: one for individual rays, and one that prefers
+/// bundles.
 struct Both {
     RandomPoints random;
     Scene scene = oneMesh({soup(random, 60), square(-0.5F)});
@@ -353,7 +354,7 @@ TEST(VisibilityRays, AreTheSameForAllThreadsAndBudgets) {
     RandomPoints random;
     const Scene scene = oneMesh({soup(random, 50)});
     const PosedScene shown(scene);
-    // The second count needs more than one chunk.
+    // The second count needs several chunks.
     for (const std::size_t count : {std::size_t{500}, std::size_t{140'000}}) {
         const Receivers receivers = scattered(random, count);
         HitRasterizer source(shown);
@@ -399,15 +400,15 @@ TEST(VisibilityRays, TellBeforeTheyLook) {
                 EXPECT_LT(done, 1);
                 told.push_back(bytes);
             });
-        // All individual rays run at once, but bundles run in 8 pairs.
+        // All individual rays are one step; bundles take 8 steps of a pair each.
         ASSERT_EQ(told.size(), source == &lines ? 1U : 8U);
         const std::uint64_t before = forecastBake(*source, receivers, settings, {}, {});
         EXPECT_GT(before, 1'000'000U);
         EXPECT_NEAR(static_cast<double>(before), static_cast<double>(told.back()),
                     0.5 * static_cast<double>(before));
     }
-    // For each of a million receivers, memory holds its value and two sums: the total and that of a
-    // group of directions.
+    // For each of a million receivers, memory holds its value and two sums: the total, and the sum
+    // of a group of directions.
     Receivers many = scattered(random, 1'000'000);
     const std::uint64_t few = forecastBake(lines, receivers, settings, {}, {});
     EXPECT_GT(forecastBake(lines, many, settings, {}, {}), few + 30'000'000);

@@ -93,7 +93,7 @@ TEST(ParallelThreads, ALoopThatComesSecondGetsThreads) {
     while (!begun)
         std::this_thread::yield();
     std::atomic<int> there{0};
-    // Each body waits for the other, so the first one's check fails if a single thread runs both.
+    // Each body waits for the other, so a single thread fails the check.
     parallelFor(2, [&](std::size_t) {
         ++there;
         for (int i = 0; there < 2 && i < 30000; ++i)

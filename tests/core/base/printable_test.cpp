@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests how strings from files are made printable for messages, and the maximum length of error
-// texts.
+// Tests the conversion of strings from files to printable text for messages, and the maximum length
+// of error texts.
 #include "core/base/printable.h"
 
 #include <gtest/gtest.h>

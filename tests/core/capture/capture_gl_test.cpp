@@ -36,7 +36,7 @@ TEST_P(Capture, QuadsGiveTheirLayersDepthsAndColours) {
     constexpr int kQuads = 9;
     std::vector<glm::vec4> colors;
     std::vector<float> depths;
-    // The quads are added far to near, so that the draw order is the reverse of the depth order.
+    // Added from far to near, so that the draw order is the reverse of the depth order.
     for (int i = kQuads - 1; i >= 0; --i) {
         const float t = static_cast<float>(i) / kQuads;
         const float z = 0.7F + 3.3F * t * t;
@@ -76,8 +76,8 @@ TEST_P(Capture, TiltedPlaneHasTheDepthOfItsPlane) {
     builder.quad(at(-2, -2), at(2, -2), at(2, 2), at(-2, 2), builder.material({1, 1, 1, 0.5F}));
     const View view = testView(128, 96);
     const auto result = capture(builder.scene(), view, settings());
-    // GPUs snap vertices to a grid of 1/256 pixel, an error of half a grid step along each axis.
-    // 1/z then changes by (0.8 + 0.3) / 3 times the share of the picture that half a step is.
+    // GPUs snap vertices to a grid of 1/256 pixel, with an error of up to half a grid step along
+    // each axis. The error of 1/z is (0.8 + 0.3) / 3 times half a step in units of the image plane.
     const double step = 2 * view.projection.half_width / view.width / 512;
     const double snapped = sharedContext().device().software ? 0 : 1.1 / 3 * step;
     std::size_t covered = 0;
@@ -177,7 +177,7 @@ TEST_P(Capture, SurfacesVisibleStopsAtTheNearestOpaqueOne) {
     builder.rectangle(9, 9, -1, glass);
     builder.rectangle(9, 9, -2, glass);  // coincides with the wall and is drawn before it
     builder.rectangle(9, 9, -2, wall);
-    builder.rectangle(9, 9, -2, glass);  // … and after the wall, which therefore hides it
+    builder.rectangle(9, 9, -2, glass);  // coincides with the wall, hidden by draw order
     builder.rectangle(9, 9, -3, wall);
     builder.rectangle(9, 9, -4, glass);
     CaptureSettings s = settings();
@@ -193,11 +193,11 @@ TEST_P(Capture, FacesFollowTheMaterialOrTheOption) {
     SceneBuilder builder;
     const int single = builder.material({1, 1, 1, 1}, AlphaMode::kBlend, false);
     builder.rectangle(9, 9, -1, single);  // faces the camera
-    // This one faces away from the camera.
+    // faces away from the camera
     builder.quad({-9, -9, -2}, {-9, 9, -2}, {9, 9, -2}, {9, -9, -2}, single);
     const glm::dmat4 mirror(glm::dvec4(-1, 0, 0, 0), glm::dvec4(0, 1, 0, 0), glm::dvec4(0, 0, 1, 0),
                             glm::dvec4(0, 0, -2, 1));
-    // Negative scale flips the winding, but the instance still faces the camera.
+    // The negative scale flips the winding, but the instance still faces the camera.
     builder.instance(0, mirror);
     const std::pair<Faces, std::uint64_t> expected[] = {
         {Faces::kGltf, 2}, {Faces::kFront, 2}, {Faces::kBack, 1}, {Faces::kBoth, 3}};

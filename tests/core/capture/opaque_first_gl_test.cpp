@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests that composites captured without the fragments behind opaque surfaces equal, bit for bit,
-// composites of all layers.
+// Tests that composites without the fragments behind opaque surfaces equal, bit for bit, composites
+// of all layers.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -21,7 +21,8 @@
 namespace peeler::test {
 namespace {
 
-/// Returns "" or a description of the first pixel that differs in any bit of colour or Z.
+/// Returns a description of the first pixel with any different bit of colour or Z; "" if there is
+/// none.
 std::string pixelThatDiffers(const CompositeImage& a, const CompositeImage& b) {
     if (a.window != b.window) return "another window";
     for (std::size_t p = 0; p < a.rgba.size(); ++p) {
@@ -53,8 +54,8 @@ CompositeImage compositeOfLayers(GlRenderer& renderer, const View& view, Capture
     return mean;
 }
 
-/// Compares a composite captured opaque-first with the composite of all layers, and its statistics
-/// with those of the visible fragments.
+/// Compares a composite captured opaque-first with the composite of all layers. Compares its
+/// statistics with those of the visible fragments.
 void expectTheSame(const Scene& scene, const View& view, CaptureSettings settings,
                    const std::string& what) {
     const PosedScene shown(scene, 0);
@@ -81,7 +82,7 @@ Scene mixed(Scene scene, std::size_t first) {
     for (std::size_t i = first; i < scene.materials.size(); i += 3) {
         scene.materials[i].alpha_mode = AlphaMode::kOpaque;
         if (i + 1 < scene.materials.size())
-            // Half of the masked materials fail the cutoff and vanish.
+            // Half of the masked materials fail the cutoff, so their surfaces vanish.
             scene.materials[i + 1].alpha_mode = AlphaMode::kMask;
     }
     return scene;
@@ -138,9 +139,9 @@ TEST(OpaqueFirst, FiltersOpaqueSurfacesThroughColouredGlass) {
     }
 }
 
-// Four surfaces lie in one plane, in every order of blended, opaque and masked ones; some are fully
-// cut out, some are the same mesh. Draw order decides which hides which. Each picture shows 16
-// orders side by side.
+// Four surfaces in one plane, in every order of blended, opaque and masked surfaces; some are fully
+// cut out, some are the same mesh. Draw order decides which surface is in front. Each picture shows
+// 16 orders side by side.
 TEST(OpaqueFirst, KeepsDrawOrderWhereSurfacesCoincide) {
     struct Kind {
         AlphaMode mode;
@@ -197,7 +198,7 @@ TEST(OpaqueFirst, HoldsForEveryWayToSeeAScene) {
     expectTheSame(scene, view, {}, "cropped");
 }
 
-// Only the part of a picture that the scene covers is composited.
+// Only the part of the picture that the scene covers is composited.
 TEST(OpaqueFirst, LeavesEmptyWhatIsBesideTheScene) {
     const Scene scene = mixed(hardScenes()[0].scene, 0);
     for (const bool tinted : {false, true}) {
@@ -239,8 +240,8 @@ TEST(OpaqueFirst, DoesNotDependOnBandsTilesOrTheDriversExtensions) {
     }
 }
 
-// The first budget has no room to keep the plan's results, the second not even for the render
-// targets of opaque surfaces.
+// The first budget is too small to keep the plan's results, the second even for the render targets
+// of opaque surfaces.
 TEST(OpaqueFirst, DoesNotDependOnTheBudget) {
     if (kShadowMemory) GTEST_SKIP() << "its memory is not the product's";
     SceneBuilder builder;
@@ -283,7 +284,7 @@ TEST(OpaqueFirst, NeitherListsNorCountsWhereNothingIsTransparent) {
     EXPECT_EQ(passes(builder.scene()), std::pair(2, true));
 }
 
-// Layer limits and approximations depend on all fragments, even hidden ones.
+// Layer limits and approximations depend on all fragments, including hidden ones.
 TEST(OpaqueFirst, LeavesLimitsAndApproximationsAlone) {
     const Scene scene = mixed(hardScenes()[0].scene, 0);
     const std::size_t all = capture(scene, testView(160, 120)).image.fragments();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests points that are several pixels large: they are squares around their centres, identical in
-// every pass of every method.
+// Tests points of several pixels: they are squares around their centres, identical in every pass of
+// every method.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -27,7 +27,7 @@ CaptureSettings sized(int size) {
     return settings;
 }
 
-/// A view with odd sides, so that the axis passes through the middle pixel.
+/// A view with odd sides, so that the optical axis passes through the middle pixel.
 const View kView = testView(41, 31);
 
 TEST(Points, CoverASquareAroundWhereTheyAre) {
@@ -62,7 +62,7 @@ TEST(Points, AreTheSameInEveryMethodBandAndStrip) {
     banded.band_bytes = 1 << 14;
     EXPECT_EQ(difference(capture(scene, kView, banded).image, whole), "");
     std::uint64_t fragments = 0;
-    for (int y = 0; y < 31; y += 7) {  // points in other strips reach into this one
+    for (int y = 0; y < 31; y += 7) {  // points of other strips reach into this strip
         View strip = kView;
         strip.crop = {0, y, 41, std::min(y + 7, 31)};
         fragments += capture(scene, strip, settings).image.fragments();

@@ -45,8 +45,8 @@ float worstColor(const CompositeImage& a, const CompositeImage& b) {
     return most;
 }
 
-/// Renders 16 × 16 samples per pixel in a regular grid: captures a picture 16 times as wide and
-/// high and averages it.
+/// Renders a regular grid of 16 × 16 samples per pixel: captures a picture 16 times as wide and
+/// high, and averages it.
 CompositeImage reference(const Scene& scene, const View& view) {
     constexpr int kGrid = 16;
     View large = view;
@@ -167,7 +167,7 @@ TEST(Supersampling, SamplesThatSeeNothingInABandAddNothingToIt) {
         CaptureSettings settings = samplesAPixel(4, true);
         settings.method = method.name;
         const auto whole = capture(builder.scene(), view, settings);
-        // This limit makes on-the-fly composites use one row per band; layers need more memory per
+        // With this limit, on-the-fly composites use one row per band; layers need more memory per
         // row.
         settings.band_bytes = method.composite ? 1 << 12 : 1 << 14;
         const auto cut = capture(builder.scene(), view, settings);
@@ -205,7 +205,8 @@ TEST(Supersampling, KeepsTheNearestMergedLayers) {
 
 TEST(Supersampling, AnEdgeHasItsCoverageInAlpha) {
     SceneBuilder builder;
-    // Edges are at x = 4.25 and 12.75 of 16 pixels (half_width 2/3 at distance 2 spans 8/3 units).
+    // The edges are at x = 4.25 and 12.75 of 16 pixels (half_width 2/3 at distance 2 spans 8/3
+    // units).
     const auto at = [](double pixel) { return static_cast<float>((pixel / 8 - 1) * 4 / 3); };
     builder.quad({at(4.25), -9, -2}, {at(12.75), -9, -2}, {at(12.75), 9, -2}, {at(4.25), 9, -2},
                  builder.material({0.5F, 1, 0.25F, 0.5F}));

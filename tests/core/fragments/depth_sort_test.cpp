@@ -34,7 +34,7 @@ TEST(Gather, SortsByDepthThenDrawOrderAndKeepsTheNearest) {
         for (std::size_t p = 0; p < window.pixels(); ++p)
             std::shuffle(primitive.begin() + first[p], primitive.begin() + first[p + 1], random);
         for (std::size_t i = 0; i < n; ++i) {
-            // There are only five depths, so that many coincide.
+            // Only five different depths, so that many coincide.
             depth[i] = 0.1F + 0.1F * static_cast<float>(random() % 5);
             color[i] = i;
         }

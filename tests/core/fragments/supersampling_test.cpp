@@ -14,7 +14,7 @@ struct Fragment {
     std::array<float, 4> rgba;
 };
 
-/// Returns a picture of one pixel, as one sample sees it.
+/// Returns a picture of one pixel: the fragments of one sample.
 LayeredImage pixelOfSample(const std::vector<Fragment>& fragments) {
     LayeredImage image;
     image.window = {0, 0, 1, 1};
@@ -71,7 +71,7 @@ TEST(Supersampling, DifferentSurfacesStayApart) {
     const auto image = merged({pixelOfSample({{2, 7, kRed}}), pixelOfSample({{2, 8, kGreen}})});
     ASSERT_EQ(image.fragments(), 2U);
     EXPECT_EQ(colorOf(image, 0), (std::array<float, 4>{0.5F, 0, 0, 0.5F}));
-    // Green covers the area that red does not.
+    // Green covers the part of the pixel that red does not cover.
     EXPECT_EQ(colorOf(image, 1), kGreen);
 }
 

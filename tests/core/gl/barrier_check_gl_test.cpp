@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests of PEELER_CHECK_BARRIERS, which finds missing barriers between passes. (The tests labelled
+// Tests PEELER_CHECK_BARRIERS, which reports missing barriers between passes. (The tests labelled
 // gl, cli and assets set it, so all their drawing is checked.)
 #include <gtest/gtest.h>
 
@@ -68,7 +68,7 @@ struct Passes {
     void barrier() const { gl.MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT); }
 };
 
-/// Returns the check's complaint about `act`; "" if there is none.
+/// Returns the error that the check reports for `act`; "" if there is none.
 std::string complaint(const std::function<void(const Passes&)>& act) {
     constexpr const char* kName = "PEELER_CHECK_BARRIERS";
     const bool was_set = std::getenv(kName) != nullptr;
@@ -90,8 +90,7 @@ std::string complaint(const std::function<void(const Passes&)>& act) {
     return said;
 }
 
-/// Returns the complaint about two passes, one after the other, with or without a barrier between
-/// them.
+/// Returns the error for two consecutive passes, with or without a barrier between them.
 std::string complaintOf(GLuint Passes::*first, GLuint Passes::*second, bool barrier) {
     return complaint([&](const Passes& passes) {
         passes.run(passes.*first);
@@ -112,7 +111,7 @@ TEST(BarrierCheck, WantsOneBeforeWhatAPassReadsIsWritten) {
     EXPECT_EQ(complaintOf(&Passes::reader, &Passes::writer, true), "");
 }
 
-// A barrier for shader accesses does not cover the CPU's.
+// A barrier for shader accesses does not cover CPU accesses.
 TEST(BarrierCheck, WantsOneBeforeTheCpuReadsOrClears) {
     EXPECT_NE(complaint([](const Passes& passes) {
                   passes.run(passes.writer);
@@ -136,7 +135,7 @@ TEST(BarrierCheck, WantsOneBeforeTheCpuReadsOrClears) {
               "");
 }
 
-// Binding a framebuffer begins a pass. Within one pass no barrier is needed, since shaders use
+// Binding a framebuffer begins a pass. Within a pass no barrier is needed, because shaders use
 // atomics or write to disjoint elements.
 TEST(BarrierCheck, WantsNoneWithinAPass) {
     const auto draws = [](const Passes& passes, bool in_one_pass) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests rendering in a borrowed GL context: with each row of the state table at a value that would
-// ruin pictures, with unusable states, and without a current context.
+// Tests rendering in a borrowed GL context: with a harmful value in each row of the state table,
+// with unusable states, and without a current context.
 #include "core/gl/borrowed_state.h"
 
 #include <dlfcn.h>
@@ -28,8 +28,8 @@ namespace {
 
 using Values = std::vector<double>;
 
-/// Returns a GL function's address; the RendererOptions::adopt function of a client that uses the
-/// tests' backend.
+/// Returns a GL function's address. A client of the tests' backend would pass this function as
+/// RendererOptions::adopt.
 void* functionOf(const char* name) {
     using Lookup = void* (*)(const char*);
     static const Lookup lookup = [] {
@@ -48,7 +48,7 @@ Function function(const char* name) {
     return reinterpret_cast<Function>(functionOf(name));
 }
 
-/// The host: its context, current on this thread, and its objects.
+/// The host: its context, which is current on this thread, and its objects.
 struct Host {
     std::unique_ptr<gl::Context> context = gl::createContext({.backend = testBackend()});
     const gl::Functions& gl = context->functions();
@@ -91,8 +91,7 @@ struct Host {
         gl.CreateVertexArrays(1, &name);
         return name;
     }
-    /// Returns a program whose vertex shader has an output `place` for transform feedback to
-    /// capture.
+    /// Returns a program for transform feedback: its vertex shader has an output `place`.
     GLuint program() const {
         const GLuint shader = gl.CreateShader(GL_VERTEX_SHADER);
         const char* text =
@@ -118,8 +117,8 @@ RendererOptions borrowing() {
     return options;
 }
 
-/// Returns a scene of layers of glass, metal in an environment, a texture whose rows have an odd
-/// length, a culled face, a mirrored one, points and lines.
+/// Returns a scene with layers of glass, metal in an environment, a texture with rows of odd
+/// length, a culled face, a mirrored face, points and lines.
 std::shared_ptr<const Scene> makeScene() {
     SceneBuilder builder;
     const int textured = builder.lit(builder.material({1, 0.8, 0.6, 0.6}));
@@ -161,7 +160,7 @@ std::shared_ptr<const Scene> makeScene() {
     return std::make_shared<const Scene>(scene);
 }
 
-/// Pictures that a Renderer made of a new scene, and the GL state during the first one.
+/// Pictures of a new scene by a Renderer, and the GL state during the first picture.
 struct Pictures {
     std::vector<LayeredImage> layers;
     std::vector<CompositeImage> composites;
@@ -235,13 +234,13 @@ void expectExpected(const Pictures& pictures, const std::string& where) {
     }
 }
 
-/// The worst value for a row of the state table: how to set it, and how to read it independently of
-/// the table.
+/// The most harmful value for a row of the state table: functions to set it, and to read it
+/// independently of the table.
 struct Hostile {
     std::string name;
     std::function<void(const Host&)> set;
     std::function<Values(const Host&)> read;
-    /// whether peeler's passes may themselves set this value
+    /// whether peeler's passes may set this value themselves
     bool set_by_passes = false;
 };
 
@@ -258,7 +257,7 @@ Hostile enabled(const std::string& name, GLenum capability,
             [=](const Host& host) { return Values{double(host.gl.IsEnabled(capability))}; }};
 }
 
-/// Returns the row of a parameter with a single number.
+/// Returns the row for a parameter that is a single number.
 Hostile number(const std::string& name, GLenum parameter, std::function<void(const Host&)> set) {
     return {name, std::move(set), [=](const Host& host) {
                 std::array<GLdouble, 16> values{};
@@ -277,8 +276,8 @@ Hostile pixelStore(const std::string& name, GLenum parameter, GLint value) {
                   [=](const Host& host) { host.gl.PixelStorei(parameter, value); });
 }
 
-/// Returns a reader of indexed state: `numbers` numbers of each parameter, at every index below
-/// `limit`.
+/// Returns a reader of indexed state: reads `numbers` numbers of each parameter, at every index
+/// below `limit`.
 std::function<Values(const Host&)> byIndex(const std::vector<GLenum>& parameters, GLenum limit,
                                            std::size_t numbers) {
     return [=](const Host& host) {
@@ -591,7 +590,7 @@ void expectRowIsKept(const Hostile& hostile, bool initial) {
     EXPECT_EQ(hostile.read(host), before) << "put back";
     EXPECT_TRUE(hostile.set_by_passes || pictures.state != before) << "set";
     expectExpected(pictures, hostile.name);
-    // A second call must not rely on bindings that the Renderer made in the first.
+    // A second call must not depend on bindings from the first call.
     expectExpected(render(renderer), hostile.name + ", again");
     EXPECT_EQ(hostile.read(host), before) << "put back again";
     EXPECT_EQ(host.gl.GetError(), static_cast<GLenum>(GL_NO_ERROR));
@@ -655,7 +654,7 @@ TEST(BorrowedState, IsAsItWasWhateverIsRendered) {
     });
 }
 
-/// Returns the error that a call throws, if any.
+/// Returns the error that a call throws; none if it succeeds.
 template <class Call>
 std::optional<Error> errorOf(Call&& call) {
     try {

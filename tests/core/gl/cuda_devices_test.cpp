@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests that CUDA_VISIBLE_DEVICES is interpreted by the rules of the CUDA Programming Guide.
+// Tests that CUDA_VISIBLE_DEVICES is interpreted as in the CUDA Programming Guide.
 #include "core/gl/cuda_devices.h"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@ namespace {
 
 using Positions = std::vector<std::size_t>;
 
-/// Returns GPUs in an order that EGL may use, different from CUDA's.
+/// Returns GPUs in an order that EGL may use, which is not CUDA's.
 const std::vector<CudaDevice>& gpus() {
     static const std::vector<CudaDevice> list = {
         {2, "8932f937-d72c-4106-c12f-20bd9faed9f6"},
@@ -61,7 +61,7 @@ TEST(CudaDevices, WithoutUuidsOnlyNumbersNameThem) {
     EXPECT_EQ(visibleCudaDevices("1,GPU-8932", {{0, ""}, {1, ""}}), Positions{1});
 }
 
-/// The driver started CUDA under "2,0", so its numbers count only the devices visible to it.
+/// The driver started CUDA under "2,0", so its ordinals count only the visible devices.
 TEST(CudaDevices, ADriverThatReadsTheVariableHasNumberedWhatIsVisible) {
     std::vector<CudaDevice> numbered = gpus();
     numbered[0].ordinal = 0;
@@ -71,8 +71,7 @@ TEST(CudaDevices, ADriverThatReadsTheVariableHasNumberedWhatIsVisible) {
     EXPECT_EQ(visibleCudaDevices(std::nullopt, numbered), (Positions{0, 1}));
 }
 
-/// The environment of the host is read but never changed; the host's explicit choice has priority
-/// over it.
+/// The host's environment is read but never changed. An explicit choice by the host has priority.
 TEST(CudaDevices, TheVariableStaysInTheEnvironment) {
     constexpr const char* kName = "CUDA_VISIBLE_DEVICES";
     const char* const before = std::getenv(kName);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests that a Renderer holds no more GL objects after a thousand frames (forty in the short run)
-// than after ten.
+// Tests that a Renderer holds as many GL objects after a thousand frames (forty in the short run)
+// as after ten, or fewer.
 #include <dlfcn.h>
 #include <gtest/gtest.h>
 
@@ -29,8 +29,8 @@ Function loadFunction(const char* name) {
     return reinterpret_cast<Function>(loader(name));
 }
 
-/// Returns the number of live objects of every kind. Some drivers do not reuse names, so it checks
-/// every name that may ever have been used.
+/// Returns the number of live objects of every kind. Checks every name that may ever have been
+/// used, because some drivers do not reuse names.
 std::map<std::string, int> objects() {
     constexpr GLuint kMostNames = 20000;
     std::map<std::string, int> counts;
@@ -59,8 +59,8 @@ void renderManyFrames() {
     std::map<std::string, int> after_ten;
     const int frames = exhaustive() ? 1000 : 40;
     for (int frame = 1; frame <= frames; ++frame) {
-        // Some frames use shadows and channels, and the budget makes the renderer free and
-        // reallocate buffers.
+        // Some frames use shadows and channels. The budget makes the renderer free and reallocate
+        // buffers.
         settings.shadows = frame % 10 < 2;
         settings.channels.clear();
         if (frame % 10 == 1) settings.channels = {Channel::kNormal, Channel::kMotion};

@@ -15,7 +15,7 @@ Pixel tinted(float value) {
     return {value, 2 * value, 3 * value, 1};
 }
 
-/// Reduces the picture `values`, given row by row, to width x height pixels.
+/// Reduces a picture with these values (row-major) to width x height pixels.
 std::vector<Pixel> reduce(const std::vector<float>& values, int columns, int width, int height) {
     const int rows = static_cast<int>(values.size()) / columns;
     BoxFilter filter(columns, rows, width, height);

@@ -30,7 +30,7 @@ CaptureSettings inFloat(std::vector<Channel> channels) {
     return settings;
 }
 
-/// Access to one channel of an image.
+/// Reader of one channel of an image.
 class Reader {
   public:
     Reader(const LayeredImage& image, Channel channel) {
@@ -39,7 +39,7 @@ class Reader {
             if (array.channels.front() == first) array_ = &array;
     }
     bool found() const { return array_ != nullptr; }
-    /// Returns a fragment's value; absent components are 0.
+    /// Returns the value of a fragment; missing components are 0.
     glm::dvec4 operator()(std::size_t fragment) const {
         glm::dvec4 value(0);
         for (std::size_t c = 0; c < array_->components(); ++c)
@@ -99,7 +99,8 @@ TEST(Channels, OfASphere) {
         ASSERT_NEAR(distance(f).x, glm::length(p), 1e-5);
 
         // Each vertex normal points from the centre to its vertex. Positions and normals are
-        // interpolated with the same weights, so a fragment's normal points from the centre, too.
+        // interpolated with the same weights, so every fragment's normal points from the centre,
+        // too.
         const double side = glm::dot(glm::dvec3(flat(f)), out) > 0 ? 1 : -1;
         ASSERT_LE(angle(glm::dvec3(normal(f)), side * out), 2e-4);
         ASSERT_LE(angle(glm::dvec3(flat(f)), side * out), 2.5 * half_facet);
@@ -115,8 +116,8 @@ TEST(Channels, OfASphere) {
             const double turn = uv(f).x - u;
             ASSERT_NEAR(turn, std::round(turn), 3e-3);
             ASSERT_NEAR(uv(f).y, polar / std::numbers::pi, 2e-3);
-            // Tangents run east along the parallels, on both sides of the surface; up in the image
-            // is toward the north pole.
+            // Tangents point east along the parallels, on both sides of the surface. Up in the
+            // texture is toward the north pole.
             const glm::dvec3 east(std::cos(longitude), 0, -std::sin(longitude));
             ASSERT_LE(angle(glm::dvec3(tangent(f)), east), 0.02);
             const glm::dvec3 up = tangent(f).w * glm::cross(side * n, glm::dvec3(tangent(f)));
@@ -196,8 +197,8 @@ TEST(Channels, NothingMovesWithoutANextFrame) {
         ASSERT_EQ(motion(f), glm::dvec4(0));
 }
 
-/// Returns two instances of a node whose mesh has two primitives with different materials, and a
-/// second node.
+/// Returns a scene with two instances of a node and a second node. The mesh of the first has two
+/// primitives with different materials.
 Scene named() {
     SceneBuilder builder;
     const int red = builder.material({1, 0, 0, 0.5F}), blue = builder.material({0, 0, 1, 0.5F});
@@ -326,7 +327,7 @@ TEST(Channels, MaterialsSpeakForThemselvesWhateverTheLight) {
     }
 }
 
-/// Returns a scene of cases that are hard for channels: instances, strips, coincident surfaces.
+/// Returns a scene that is hard for channels: instances, strips, coincident surfaces.
 Scene mixed() {
     Scene scene = named();
     SceneBuilder builder;

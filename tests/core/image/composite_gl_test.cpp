@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compares composites made on the fly with CPU composites of the captured layers and with formulas,
-// and checks that they take the published number of geometry passes.
+// Compares composites made on the fly with CPU composites of the captured layers, and with
+// formulas. Checks the published number of geometry passes.
 #include "core/image/composite.h"
 
 #include <gtest/gtest.h>
@@ -23,7 +23,7 @@ namespace {
 // The rounding error of a few hundred operations on 32-bit floats.
 constexpr float kRoundingOfColors = 4e-6F;
 
-/// Returns the largest colour difference; 1e9 if Z differs anywhere.
+/// Returns the largest colour difference; 1e9 if any Z differs.
 float worst(const CompositeImage& a, const CompositeImage& b) {
     EXPECT_EQ(a.window, b.window);
     float most = 0;
@@ -132,8 +132,7 @@ TEST(Dual, FinishesPixelsWithCoincidentFragmentsInMorePasses) {
         compositeOver(capture(builder.scene(), testView(40, 30)).image, {}, expected);
         EXPECT_LE(worst(flat(result.image), expected), kRoundingOfColors);
         EXPECT_EQ(result.report.passes,
-                  // The range pass and 2 peels, the first of which finds everything; then 3 more
-                  // passes.
+                  // The range pass, and 2 peels: the first finds everything. Then 3 more passes.
                   3 + 3);
     }
 }
@@ -250,8 +249,7 @@ TEST(OcclusionRatio, EndsWithTheFirstLayerOnFewerPixels) {
     for (const auto& [name, scene] : hardScenes()) {
         const auto all = capture(scene, testView(160, 120));
         for (const double ratio : {0.9, 0.3, 0.05, 0.001}) {
-            // Peel the captured A-buffer layer by layer, as a renderer with occlusion queries
-            // would.
+            // Peels the captured A-buffer layer by layer, like a renderer with occlusion queries.
             std::uint32_t layers = 0;
             for (std::uint64_t touched = all.image.window.pixels();
                  static_cast<double>(touched) >= ratio * 160 * 120 && touched > 0; ++layers) {

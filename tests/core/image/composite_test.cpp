@@ -45,7 +45,7 @@ TEST(Composite, KnownStacks) {
         EXPECT_EQ(out.rgba[0], (Rgba{}));
         EXPECT_EQ(out.rgba[1], red);
         EXPECT_EQ(out.rgba[2], (Rgba{0.5F, 0.125F, 0, 0.625F}));
-        // Behind green, red adds 0.75·0.5 and opaque white 0.375; the last red is hidden.
+        // Behind green, red adds 0.75·0.5 and opaque white adds 0.375. The last red is hidden.
         EXPECT_EQ(out.rgba[3], (Rgba{0.75F, 0.625F, 0.375F, 1}));
         EXPECT_EQ(out.z, (std::vector<float>{kFloatInfinity, 2, 3, 5}));
     }
@@ -76,7 +76,7 @@ TEST(Composite, OrderOfOperationsIsTheDocumentedOne) {
     for (std::size_t p = 0; p < image.window.pixels(); ++p) {
         Rgba sum{};
         for (std::uint32_t f = image.offsets[p]; f < image.offsets[p + 1]; ++f) {
-            // `volatile` prevents the product from being fused with the addition.
+            // `volatile` prevents a fused multiply-add.
             volatile float rest = 1 - sum[3];
             for (std::size_t c = 0; c < 4; ++c) {
                 half value;

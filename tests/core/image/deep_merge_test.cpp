@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests the merging of deep samples: which samples are merged, and that the appearance of the pixel
-// stays the same.
+// Tests the merging of deep samples: which samples are merged, and that each pixel looks the same.
 #include "core/image/merge.h"
 
 #include <gtest/gtest.h>
@@ -23,7 +22,7 @@ struct Sample {
     std::uint32_t object, material;
 };
 
-/// Returns a picture of two pixels: an empty one, then one with these samples. Red is alpha / 2;
+/// Returns a picture of two pixels, an empty one and one with these samples. Red is alpha / 2;
 /// green and blue are 0.
 LayeredImage pixelOf(const std::vector<Sample>& samples) {
     LayeredImage image;
@@ -72,10 +71,10 @@ TEST(DeepMerge, ByZMeasuresFromTheNearestSoThatRunsDoNotCreep) {
 
 TEST(DeepMerge, ByIdWantsObjectMaterialDepthAndAlphaAlikeAndNothingBetween) {
     const LayeredImage image =
-        pixelOf({{1, 0.5F, 1, 1},      // merged with the next
+        pixelOf({{1, 0.5F, 1, 1},      // merged with the next sample
                  {1.1F, 0.6F, 1, 1},   //
                  {1.2F, 0.5F, 2, 1},   // another object
-                 {1.3F, 0.5F, 1, 1},   // the first object again, but behind the other one
+                 {1.3F, 0.5F, 1, 1},   // the first object, but behind the other object
                  {1.4F, 0.5F, 1, 2},   // another material
                  {1.45F, 0.9F, 1, 2},  // too different in alpha
                  {3, 0.9F, 1, 2}});    // too far
@@ -110,7 +109,7 @@ TEST(DeepMerge, TheCompositeStaysWithinRounding) {
             compositeOver(rows, {}, before);
             compositeOver(out, {}, after);
             EXPECT_EQ(before.z, after.z);
-            // Colours reach 3; a half has 11 significant bits, and several samples are rounded.
+            // Colours reach 3; a half has 11 significant bits; several samples are rounded.
             const float bound = type == PixelType::kHalf ? 8e-3F : 4e-6F;
             for (std::size_t p = 0; p < before.rgba.size(); ++p) {
                 for (std::size_t c = 0; c < 4; ++c)
@@ -120,7 +119,7 @@ TEST(DeepMerge, TheCompositeStaysWithinRounding) {
     }
 }
 
-/// The host program may have set another locale for all streams.
+/// The host program may have set a different global locale.
 TEST(DeepMerge, ItsWordsAreTheSameInEveryLocale) {
     struct Comma : std::numpunct<char> {
         char do_decimal_point() const override { return ','; }

@@ -30,8 +30,8 @@ LayeredDifference between(const LayeredImage& a, const LayeredImage& b) {
     return sum;
 }
 
-/// Returns one row of pixels, given as lists of fragments; each fragment has one value for Z and
-/// all channels.
+/// Returns one row of pixels, given as lists of fragments. Each fragment is one number, its Z and
+/// all its channels.
 LayeredImage rowOfValues(const std::vector<std::vector<float>>& lists) {
     LayeredImage image;
     image.window = {0, 0, static_cast<int>(lists.size()), 1};

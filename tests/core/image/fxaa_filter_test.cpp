@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests the FXAA filter between a renderer and a writer: bands, threads, memory.
+// Tests the FXAA filter as a sink between renderer and writer: bands, threads, memory.
 #include "core/image/fxaa.h"
 
 #include <gtest/gtest.h>
@@ -38,7 +38,7 @@ class Canvas : public Sink {
     bool finished = false;
 };
 
-/// A sink that forwards bands to one that outlives it.
+/// A sink that forwards bands to another sink, which outlives it.
 class Borrowed : public Sink {
   public:
     explicit Borrowed(Sink& sink) : sink_(sink) {}
@@ -52,8 +52,8 @@ class Borrowed : public Sink {
     Sink& sink_;
 };
 
-/// Returns rows [y0, y1) of a test picture with two layers of slanted edges over nothing, and
-/// holes. One edge is so steep that the search finds its ends at all distances.
+/// Returns rows [y0, y1) of a test picture: two layers of slanted edges on an empty background,
+/// with holes. One edge is so steep that the search finds its ends at all distances.
 LayeredImage slantedBand(const Window& crop, int y0, int y1) {
     LayeredImage image;
     image.window = {crop.x0, y0, crop.x1, y1};
@@ -112,7 +112,7 @@ void expectSamePicture(const CompositeImage& a, const CompositeImage& b) {
 }
 
 TEST(FxaaFilter, BandsChangeNothing) {
-    // The first crop is higher than the filter's slices, the others lower than the overlap of
+    // The first crop is higher than the filter's slices; the others are lower than the overlap of
     // bands.
     for (const Window& crop : {Window{-5, 7, 90, 407}, Window{0, 45, 80, 55}, Window{3, 3, 4, 4}}) {
         CompositeImage whole, once;

@@ -74,7 +74,7 @@ double coverage(int x, int y, double height, double slope) {
     return sum / 64;
 }
 
-/// Differences between a filtered line and its exact coverage: root mean square, and light lost.
+/// Differences between a filtered line and its exact coverage: root mean square, and lost light.
 struct Deviation {
     double rms = 0, lost = 0;
 };
@@ -119,7 +119,7 @@ TEST(Fxaa, BringsASlantedEdgeNearItsCoverage) {
 
 using Place = std::function<std::pair<int, int>(int x, int y)>;
 
-/// Returns `image` rearranged: its pixel at place(x, y) moves to (x, y).
+/// Returns `image` with its pixels rearranged: the pixel at place(x, y) moves to (x, y).
 CompositeImage rearranged(const CompositeImage& image, int width, int height, const Place& place) {
     CompositeImage out{{0, 0, width, height}, {}, {}};
     for (int y = 0; y < height; ++y) {
@@ -157,7 +157,8 @@ TEST(Fxaa, TreatsAllDirectionsAlike) {
         const float alpha = share();
         return Rgba{share() * alpha, share() * alpha, share() * alpha, alpha};
     }));
-    // With only two values, many pixels have equal gradients in two directions, and some have no Z.
+    // With only two values, many pixels have equal gradients in both directions; some pixels have
+    // no Z.
     expectSymmetric(picture(
         61, 47, [&](int, int) { return random() % 3U ? kClear : grey(random() % 2U ? 1 : 0); }));
     expectSymmetric(picture(61, 47, [&](int x, int y) {
@@ -166,7 +167,7 @@ TEST(Fxaa, TreatsAllDirectionsAlike) {
 }
 
 TEST(Fxaa, TellsNoPictureFromItsBands) {
-    // Long edges in both directions make every row of the overlap matter.
+    // Long edges in both directions, so that every row of the overlap matters.
     const auto image = picture(70, 90, [](int x, int y) {
         const bool steep = x > 20 + 0.03 * y, flat = y > 50 + 0.04 * x;
         return steep == flat ? grey(0.8) : kClear;
@@ -182,7 +183,7 @@ TEST(Fxaa, TellsNoPictureFromItsBands) {
     }
 }
 
-/// Returns a half plane of `color` with a slanted edge, over nothing.
+/// Returns a half plane of `color` with a slanted edge, over an empty background.
 CompositeImage onNothing(const Rgba& color) {
     return picture(60, 20, [&](int x, int y) { return y > 5 + 0.13 * x ? color : kClear; });
 }

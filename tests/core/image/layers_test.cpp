@@ -13,7 +13,7 @@ LayeredImage layeredPicture() {
     return test::makePicture({.seed = 5, .width = 40, .height = 33, .extra = true}).image;
 }
 
-/// Expects every fragment of `part`, layer by layer, to be a fragment of `whole` with all its
+/// Expects every fragment of `part`, layer by layer, to be a fragment of `whole` with the same
 /// values.
 void expectFragments(const LayeredImage& whole, const LayeredImage& part,
                      const LayerSelection& selection) {

@@ -16,7 +16,7 @@ struct Found {
     int bands = 0;
 };
 
-/// Returns masks of a captured scene, one object per node or instance of a node.
+/// Returns the masks of a captured scene. Each node, or each instance of a node, is an object.
 Found masksOf(const Scene& scene, const View& view, int canvas = 1, float see_through = 0,
               std::uint64_t band_bytes = 384ULL << 20) {
     ObjectMaskOptions options{.see_through = see_through, .layers = true};
@@ -56,7 +56,8 @@ std::vector<PixelRuns::Run> runsOf(const PixelRuns& pixels) {
 
 /// Returns two rectangles for a picture of 16 x 8 pixels. The first is opaque, at distance 2 (4
 /// pixels per unit), and covers pixels [4, 12) x [2, 6). The second is half transparent, at
-/// distance 1 (8 pixels per unit), and covers [8, 16) x [0, 8): the right half of the first.
+/// distance 1 (8 pixels per unit), and covers [8, 16) x [0, 8), which includes the right half of
+/// the first.
 SceneBuilder twoQuads() {
     SceneBuilder builder;
     const int opaque = builder.material({1, 0, 0, 1}, AlphaMode::kOpaque);
@@ -94,7 +95,7 @@ TEST(CapturedMasks, OfACanvasCountWhatLiesBesideThePicture) {
     SceneBuilder builder;
     const int red = builder.material({1, 0, 0, 1}, AlphaMode::kOpaque);
     // The first object covers [12, 20) x [2, 6) at 8 pixels per unit, so half of it is inside the
-    // picture; the second is entirely to the left.
+    // picture. The second is left of the picture.
     builder.quad({0.5F, -0.25F, -1}, {1.5F, -0.25F, -1}, {1.5F, 0.25F, -1}, {0.5F, 0.25F, -1}, red);
     builder.quad({-2, -0.25F, -1}, {-1.5F, -0.25F, -1}, {-1.5F, 0.25F, -1}, {-2, 0.25F, -1}, red);
     const Found canvas = masksOf(builder.scene(), testView(16, 8), 3);

@@ -19,7 +19,7 @@ struct Seen {
 };
 using Pixels = std::vector<std::vector<Seen>>;
 
-/// Returns a picture with these fragments: pixels row by row, each front to back.
+/// Returns a picture with these fragments: pixels in row order, fragments from front to back.
 LayeredImage imageOf(const Window& window, const Pixels& pixels) {
     std::size_t p = 0;
     LayeredImage image = fragmentLists(window, [&](int, int) {
@@ -56,8 +56,8 @@ std::vector<PixelRuns::Run> runsOf(const PixelRuns& pixels) {
 using Runs = std::vector<PixelRuns::Run>;
 using Counts = std::vector<std::uint32_t>;
 
-/// Six pixels. First row: object 1 in front of 2; 2 in front of 1 in front of 2; nothing. Second
-/// row: background in front of object 1; object 1 alone; background alone.
+/// Six pixels. First row: object 1 in front of 2; 2 in front of 1 in front of 2; empty. Second row:
+/// background in front of object 1; object 1 alone; background alone.
 const Window kWindow{0, 0, 3, 2};
 const Pixels kPixels = {{{1, 1, 1, 0.25F}, {2}},
                         {{2, 1, 1, 0.5F}, {1}, {2}},
@@ -96,9 +96,9 @@ TEST(ObjectMasks, AreSeenThroughWhatIsTransparent) {
         Runs first, second;
     } cases[] = {
         {0.25F, {{0, 1}, {4, 5}}, {{1, 2}}},
-        // An opacity of 0.25 is see-through now, except over nothing.
+        // An opacity of 0.25 is now see-through, except in front of an empty background.
         {0.4F, {{4, 5}}, {{0, 2}}},
-        {0.75F, {{1, 2}, {4, 5}}, {{0, 1}}}  // 0.5 is see-through, too
+        {0.75F, {{1, 2}, {4, 5}}, {{0, 1}}}  // now 0.5 is see-through, too
     };
     for (const auto& [see_through, first, second] : cases) {
         ObjectMaskSink sink(kTable, {.picture = kWindow, .see_through = see_through});
@@ -122,8 +122,8 @@ TEST(ObjectMasks, DoNotDependOnBands) {
 }
 
 TEST(ObjectMasks, OfACanvasAreOfItsMiddle) {
-    // The picture is the middle pixel. Object 1 covers it and the pixel to its left, object 2 the
-    // one to its right.
+    // The picture is the middle pixel. Object 1 covers it and the pixel on its left, object 2 the
+    // pixel on its right.
     const Window canvas{0, 0, 3, 1};
     ObjectMaskSink sink(kTable, {.picture = {1, 0, 2, 1}, .layers = true});
     LayeredImage image = imageOf(canvas, {{{1}}, {{1}}, {{2}}});
@@ -170,8 +170,7 @@ TEST(ObjectMasks, NeedIds) {
 }
 
 TEST(ObjectMasks, TellTheMemoryOfTheirWorstCase) {
-    // On a checkerboard of two objects, each in front of the other, every fragment is a run of its
-    // own: the worst case.
+    // A checkerboard of two objects is the worst case: every fragment is a run of its own.
     const Window window{0, 0, 64, 64};
     Pixels pixels;
     for (std::uint32_t y = 0; y < 64; ++y)

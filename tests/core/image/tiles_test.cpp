@@ -93,7 +93,7 @@ TEST_F(JoinTiles, WhereTheyOverlapTheyMustAgree) {
     std::size_t pixel = tile.pixelIndex(12, 23);  // a pixel inside both tiles 0 and 2
     while (tile.count(pixel) == 0)
         ++pixel;
-    const int x = static_cast<int>(pixel) - 50;  // the pixel is in the tile's second row
+    const int x = static_cast<int>(pixel) - 50;  // in the tile's second row
     ASSERT_LT(x, 20);
     LayeredImage joined;
     tile.extra[1].data[tile.offsets[pixel] * 4U] ^= std::byte{1};
@@ -105,7 +105,7 @@ TEST_F(JoinTiles, WhereTheyOverlapTheyMustAgree) {
 TEST(MergeByDepth, ElementsOfAPictureAreThePicture) {
     const LayeredImage whole =
         test::makePicture({.seed = 17, .width = 40, .height = 30, .extra = true}).image;
-    // Fragments are spread over three elements. Coincident fragments go to the same element,
+    // Distributes the fragments among three elements. Coincident fragments go to the same element,
     // because only within an element is their order kept.
     std::vector<int> owners(whole.fragments());
     for (std::size_t p = 0; p < whole.window.pixels(); ++p) {
@@ -149,8 +149,8 @@ TEST(MergeByDepth, AtTheSameDepthTheOrderIsThatOfTheElements) {
                                        merged.z.data() + merged.offsets[p + 1]));
         }
     }
-    // The first picture has a and a', the second b, all at one depth. The merged order must be a,
-    // a', b.
+    // The first picture has a and a', the second b, all at the same depth. The merged order must be
+    // a, a', b.
     LayeredImage a, b;
     a.window = b.window = {0, 0, 1, 1};
     a.offsets = {0, 2};

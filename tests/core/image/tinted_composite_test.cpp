@@ -210,7 +210,7 @@ TEST(TintedComposite, IsComparedAndCheckedWithItsOpacities) {
     findWrongComposite(b, stored, PixelType::kFloat, broken);
     EXPECT_EQ(good.pixels, 0U);
     EXPECT_EQ(broken.pixels, 1U);
-    // A picture without AR, AG and AB equals one whose AR, AG and AB are all A.
+    // A picture without AR, AG and AB equals a picture in which all three are A.
     LayeredDifference plain;
     addDifference(a, row({{glass({0, 0, 0}, {0.5F, 0.5F, 0.5F})}}, false), plain);
     EXPECT_EQ(plain.all.color.largest, 0);

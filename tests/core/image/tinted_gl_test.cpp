@@ -22,8 +22,7 @@ CaptureSettings tintedSettings(PixelType type = PixelType::kFloat) {
     return s;
 }
 
-/// Panes that fill the view, the first at z = −1, each further one behind. All are of clear unlit
-/// glass.
+/// Panes of clear unlit glass that fill the view. The first is at z = −1, the others behind it.
 class Panes {
   public:
     explicit Panes(const std::vector<glm::vec4>& colors) {
@@ -64,7 +63,7 @@ TEST(TintedGlass, FiltersWhatIsBehindItColourByColour) {
             Panes panes({red, green, blue, wall});
             CaptureSettings s = tintedSettings(type);
             s.method = method.name;
-            // The wall is opaque, so it alone contributes colour; the panes only filter it.
+            // The wall is opaque: it contributes the only colour, which the panes filter.
             panes.material(3).transmission.factor = 0;
             const glm::vec4 through = red * green * blue * wall;
             EXPECT_EQ(panes.seen(s), (TintedColor{through.r, through.g, through.b, 1, 1, 1, 1}))
@@ -77,7 +76,7 @@ TEST(TintedGlass, HasTheMeanOfItsOpacitiesForAlpha) {
     Panes panes({{0.75F, 0.5F, 0.25F, 1}});
     const TintedColor clear = panes.seen();
     EXPECT_EQ(clear, (TintedColor{0, 0, 0, 0.5F, 0.25F, 0.5F, 0.75F}));
-    // Light that is not transmitted is reflected diffusely (unlit: the base colour itself) and
+    // Light that is not transmitted is reflected diffusely, as the base colour itself (unlit), and
     // hides the background.
     panes.material(0).transmission.factor = 0.5F;
     EXPECT_EQ(panes.seen(), (TintedColor{0.375F, 0.25F, 0.125F, 0.75F, 0.625F, 0.75F, 0.875F}));
@@ -231,7 +230,7 @@ TEST(TintedGlass, IsApproximatedByTheFormulasColourByColour) {
 }
 
 TEST(TintedGlass, IsApproximatedInFrontOfTheNearestOpaqueSurface) {
-    // The draw order is a wall, a far pane, a near pane, and a second wall that is hidden.
+    // The draw order is: a wall, a far pane, a near pane, and a second wall, which is hidden.
     SceneBuilder builder;
     builder.rectangle(9, 9, -4, builder.material({0.5F, 1, 0.5F, 1}, AlphaMode::kOpaque));
     for (const float z : {-3.0F, -2.0F}) {
@@ -259,7 +258,7 @@ TEST(TintedGlass, IsApproximatedInFrontOfTheNearestOpaqueSurface) {
 }
 
 TEST(TintedGlass, IsBlendedInTheOrderOfDrawingIfItIsNotSorted) {
-    SceneBuilder builder;  // the nearest surface is drawn first, so it ends up behind the other
+    SceneBuilder builder;  // the nearest surface is drawn first, so the other one covers it
     builder.rectangle(9, 9, -2, builder.material({0.5F, 0.25F, 1, 1}, AlphaMode::kOpaque));
     builder.scene().materials.back().metallic = 0;
     builder.scene().materials.back().transmission.factor = 1;
@@ -290,7 +289,7 @@ TEST(TintedGlass, OfSeveralSamplesIsTheirMean) {
 }
 
 TEST(TintedGlass, LeavesEverythingElseAsItIs) {
-    // Without coloured glass each channel's opacity equals alpha, and every bit equals an untinted
+    // Without coloured glass, each channel's opacity equals alpha, and every bit equals an untinted
     // capture.
     Scene scene = glassScene();
     for (Material& m : scene.materials)

@@ -73,7 +73,7 @@ Primitive inwards(Primitive mesh) {
     return mesh;
 }
 
-/// Returns a rigid transformation that leaves no plane of the part axis-aligned.
+/// Returns a rigid transformation after which no plane of the part is axis-aligned.
 glm::dmat4 askew() {
     return glm::rotate(glm::translate(glm::dmat4(1), {3, -1, 2}), 0.7,
                        glm::normalize(glm::dvec3(1, 2, -0.5)));
@@ -128,8 +128,8 @@ TEST(PartCheck, AMissingTriangleLeavesThreeEdgesOpenAroundOneHole) {
 }
 
 TEST(PartCheck, ATJunctionIsOpen) {
-    // A midpoint is added to the diagonal of one face of the cube, but only in the triangle on one
-    // side.
+    // Only one of the two triangles at a face's diagonal gets a vertex in the middle of the
+    // diagonal.
     Primitive mesh = cube();
     mesh.indices.resize(mesh.indices.size() - 3);  // removes triangle 1, 7, 5 of the face x = 1
     const auto middle = static_cast<std::uint32_t>(mesh.positions.size());
@@ -227,7 +227,7 @@ TEST(PartCheck, SpheresThatOverlapHaveTheUnionOfTheirLens) {
     EXPECT_LT(part.united(), part.volume() - 1);
 }
 
-/// The boxes have random integer corners, so that many of their faces are coplanar.
+/// Random integer corners, so that many faces of the boxes are coplanar.
 TEST(PartCheck, ManyBoxesHaveTheUnionOfTheirCells) {
     constexpr int kCells = 12;
     std::mt19937 random(42);
@@ -248,8 +248,7 @@ TEST(PartCheck, ManyBoxesHaveTheUnionOfTheirCells) {
     }
     const double cells = double(std::ranges::count(filled, true));
     for (const glm::dmat4& at : {glm::dmat4(1), askew()}) {
-        // The boxes are joined without welding, because welded corners would give some edges more
-        // than two triangles.
+        // The boxes are not welded, because welding would give some edges more than two triangles.
         std::vector<PartMesh> parts;
         std::vector<const PartMesh*> all;
         for (const Primitive& one : boxes)
@@ -286,7 +285,7 @@ TEST(PartCheck, ABodyWithoutVolumeIsFlat) {
     const Checked two({sheet}, askew());
     EXPECT_TRUE(two.topology.closed());
     EXPECT_EQ(two.sides, std::vector{ShellSide::kFlat});
-    // The first cube is thinner than a millionth of its size, the second thicker.
+    // The first cube's thickness is less than a millionth of its size, the second's is more.
     EXPECT_EQ(Checked({cube()}, glm::scale(askew(), {1, 1e-7, 1})).sides,
               std::vector{ShellSide::kFlat});
     EXPECT_EQ(Checked({cube()}, glm::scale(askew(), {1, 1e-4, 1})).sides,
@@ -315,7 +314,7 @@ TEST(PartCheck, ASurfaceThatGoesThroughItselfIsFound) {
 }
 
 TEST(PartCheck, TheThinnestWallIsFoundWhereverItIs) {
-    // The walls of a hollow box are 1.2 thick at the bottom and 2 to 4 elsewhere; the floor of the
+    // A hollow box with walls of thickness 1.2 at the bottom and 2 to 4 elsewhere; the floor of the
     // hollow is small.
     const glm::dmat4 millimetres = glm::scale(glm::dmat4(1), glm::dvec3(1e-3));
     for (const glm::dmat4& at : {glm::dmat4(1), askew(), askew() * millimetres}) {
@@ -334,12 +333,11 @@ TEST(PartCheck, TheThinnestWallIsFoundWhereverItIs) {
 }
 
 TEST(PartCheck, AWallThatThinsTowardsAPointIsFoundThere) {
-    // The floor of the hollow hangs down to a single point above the interior of the outer bottom
-    // face, away from its corners.
+    // The floor of the hollow has a tip above the outer bottom face, far from that face's corners.
     Primitive hollow = box({3, 3, 3}, {37, 17, 27});
     const auto tip = static_cast<std::uint32_t>(hollow.positions.size());
     hollow.positions.emplace_back(11.0F, 1.3F, 17.0F);
-    // The two triangles at y = min (0 1 5, 0 5 4) become four that meet at the tip.
+    // The two triangles of the floor (0 1 5, 0 5 4) become four that meet at the tip.
     for (std::size_t i = 0; i < hollow.indices.size();) {
         int low = 0;
         for (std::size_t k = 0; k < 3; ++k)
@@ -363,7 +361,7 @@ TEST(PartCheck, AWallThatThinsTowardsAPointIsFoundThere) {
     EXPECT_NEAR(from.z, 17, 0.01);
 }
 
-/// Random points of the surface send rays through the body, tested against every triangle; none may
+/// Traces rays through the body from random surface points, by testing every triangle. None may
 /// find a thinner wall.
 TEST(PartCheck, NoRayFindsAThinnerWall) {
     std::mt19937 random(20);
@@ -409,8 +407,8 @@ TEST(PartCheck, NoRayFindsAThinnerWall) {
 }
 
 TEST(PartCheck, ATubeHasItsWallWhateverItsFacets) {
-    // The radii are 10 and 8 with 48 and 32 facets. The wall is thinnest where a corner of the
-    // inner polygon is nearest to a facet of the outer one.
+    // The radii are 10 and 8, with 48 and 32 facets. The wall is thinnest where a corner of the
+    // inner polygon is nearest to a facet of the outer polygon.
     const auto ring = [](double radius, std::uint32_t facets, double turn) {
         Primitive p;
         for (std::uint32_t i = 0; i < facets; ++i) {
@@ -442,7 +440,7 @@ TEST(PartCheck, ATubeHasItsWallWhateverItsFacets) {
 
 TEST(PartCheck, SharpEdgesAreNoWallsButAreFound) {
     // In a wedge of 40 degrees only the two ends face each other. In one of 20 degrees the tapering
-    // sides do, too, down to a thickness of 0.
+    // sides do, too, and their distance goes down to 0.
     const auto wedge = [](double degrees) {
         const auto x = static_cast<float>(std::tan(degrees * std::numbers::pi / 180));
         Primitive p;

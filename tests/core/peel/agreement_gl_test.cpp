@@ -45,7 +45,7 @@ TEST(Backends, AgreeBitForBitOnHardScenes) {
     }
 }
 
-// Without framebuffer fetch, list heads are counted by atomics.
+// Without framebuffer fetch, atomics count the fragments per list head.
 TEST(Extensions, DoNotChangeTheResult) {
     const View view = testView(160, 120);
     for (const auto& [name, scene] : hardScenes()) {
@@ -89,8 +89,8 @@ TEST(Bands, DoNotChangeTheResult) {
     }
 }
 
-// On a GPU, a band is captured while the previous one is read. A software rasteriser gains nothing
-// from that, but must give the same result.
+// On a GPU, a band is captured while the previous band is read. A software rasteriser gains nothing
+// from this, but must give the same result.
 TEST(Bands, ThatOverlapAreTheSame) {
     const int scale = exhaustive() ? 2 : 1;
     const View view = testView(80 * scale, 60 * scale);
@@ -169,7 +169,7 @@ TEST(Bands, LeaveRoomForWhatTheSinksHold) {
     const PosedScene shown(builder.scene(), 0);
     GlRenderer renderer(sharedContext(), shown);
     CaptureSettings s;
-    // Memory that earlier tests freed must not count as additional room in the budget.
+    // Memory freed by earlier tests must not add to the budget.
     returnFreeMemory();
     s.memory = residentBytes() + (512ULL << 20);
     const CapturePlan plan = renderer.plan(testView(64, 64), s);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tests that CPU hits do not depend on resources (threads, bands, memory budgets), on crops, or on
-// the picture size.
+// the size of the picture.
 #include "core/raster/hit_rasterizer.h"
 
 #include <gtest/gtest.h>
@@ -20,8 +20,8 @@
 namespace peeler::test {
 namespace {
 
-/// A sink that compares bands with the rows of a picture, bit for bit. It stores nothing, because a
-/// memory budget includes the test's own memory.
+/// A sink that compares bands with the rows of a picture, bit for bit. It stores nothing, because
+/// memory budgets include the test's own memory.
 class ComparingSink final : public Sink {
   public:
     explicit ComparingSink(const LayeredImage& expected) : expected_(expected) {}
@@ -67,7 +67,7 @@ class SameBytes : public testing::Test {
                 {"", {placed(icosphere(5), 1.0F + 0.1F * static_cast<float>(i), {0, 0, 0})}});
         return sceneOf(meshes);
     }
-    /// Captures and compares; returns the number of bands.
+    /// Captures, and compares with the expected picture. Returns the number of bands.
     std::size_t compare(HitRasterizer& source) {
         const CapturePlan plan = source.plan(view, settings);
         EXPECT_EQ(plan.layers.size(), expected.plan.layers.size());
@@ -108,7 +108,8 @@ TEST_F(SameBytes, InBandsOfAnyHeight) {
     EXPECT_GT(compare(source), 150U);
 }
 
-/// The budget is too small for the coverage of all triangles, so it is computed section by section.
+/// The budget is too small for the coverage of all triangles at once, so the coverage is computed
+/// section by section.
 TEST(HitRasterizer, TheSameBytesUnderABudget) {
     if (kShadowMemory) GTEST_SKIP() << "its memory is not the product's";
     constexpr std::uint64_t kMebibyte = 1 << 20;
@@ -127,8 +128,8 @@ TEST(HitRasterizer, TheSameBytesUnderABudget) {
     HitRasterizer source(posed);
     returnFreeMemory();
     CaptureSettings settings = hitSettings();
-    // A budget that is too small must be refused before the first band, never midway, however close
-    // to sufficient it is. The second successful capture starts with the memory that the first one
+    // A budget that is too small must be refused before the first band, never later, even if it is
+    // nearly sufficient. The second successful capture starts with the memory that the first one
     // kept.
     int refused = 0, captured = 0;
     for (std::uint64_t more = 90 * kMebibyte; captured < 2; more += 2 * kMebibyte) {
@@ -151,7 +152,7 @@ TEST(HitRasterizer, TheSameBytesUnderABudget) {
     EXPECT_GT(refused, 0);
 }
 
-/// A host's own memory is not limited by the budget, which may even be less than that.
+/// The host's own memory may be larger than the budget.
 TEST(HitRasterizer, WorksBesideAHostThatHoldsMoreThanTheBudget) {
     constexpr std::uint64_t kMebibyte = 1 << 20;
     const std::vector<std::uint8_t> of_host(500 * kMebibyte, 1);
@@ -210,7 +211,7 @@ TEST(HitRasterizer, ACropHasTheHitsOfThePicture) {
                       whole.keys(whole.image.pixelIndex(x, y)));
 }
 
-/// Returns a scene of `times` coincident triangles, all crossed by the ray of a single pixel.
+/// Returns a scene of `times` coincident triangles that the rays of a single pixel cross.
 Scene triangleOver(std::size_t times) {
     Primitive primitive;
     primitive.positions = {{0.1F, -0.1F, -1}, {0.9F, -0.1F, -2}, {0.5F, -0.9F, -3}};
@@ -231,7 +232,7 @@ TEST(HitRasterizer, ManyTrianglesInOneRay) {
     EXPECT_EQ(traced.plan.layers.size(), triangles);
 }
 
-/// The hits of one row do not fit the budget, and a row cannot be divided.
+/// The hits of one row exceed the budget, and a row cannot be divided.
 TEST(HitRasterizer, TooManyTrianglesInOneRayAreRefused) {
     if (kShadowMemory) GTEST_SKIP() << "its memory is not the product's";
     constexpr std::uint64_t kMebibyte = 1 << 20;
@@ -275,7 +276,7 @@ TEST(HitRasterizer, BundlesOfOneRayAndOfManyOnASide) {
     }
 }
 
-/// A picture may have more rays than 32 bits can count, few of which hit anything.
+/// A picture may have more rays than a 32-bit number can count. Few of these rays have hits.
 TEST(HitRasterizer, AsManyRaysOnBothSides) {
     constexpr int kSide = 65536;
     const Scene scene = oneMesh({square(60000, 40000, 60003, 40005, -1), square(0, 0, 1, 1, -1),
@@ -305,7 +306,7 @@ TEST(HitRasterizer, AsManyRaysOnBothSides) {
               exhaustive() ? view.crop : Window({60000, 40000, 60003, 40005}));
 }
 
-/// A band has at least one row, even a wide one, however much the sink stores per pixel.
+/// A band has at least one row, even if rows are wide and the sink stores much per pixel.
 TEST(HitRasterizer, WideRowsOfSinksThatHoldMuchFit) {
     class Holding final : public Sink {
       public:

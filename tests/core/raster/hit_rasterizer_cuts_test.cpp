@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests the parts of surfaces that CPU hits leave out, because of clip planes, culled faces and
-// alpha cutouts.
+// Tests the parts of surfaces that have no CPU hits: beyond clip planes, culled faces and alpha
+// cutouts.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -46,8 +46,8 @@ TEST(HitRasterizer, WhatReachesBehindAPinholeIsCutWithoutCracks) {
             settings.depth_clamp = clamp;
             const TracedHits traced = trace(source, view, settings);
             for (int y = 0; y < 200; ++y) {
-                // The smallest floor ends at a distance of 50; rays that would land near or beyond
-                // its end are skipped.
+                // The smallest floor ends at a distance of 50. Skip the rays that would hit near or
+                // beyond its end.
                 const double down = view.projection.half_height * (2 * (y + 0.5) / 200 - 1);
                 const std::uint32_t expected = down > 0 && 1 / down < 49 ? 1 : 0;
                 if (down > 0 && !expected) continue;
@@ -60,7 +60,7 @@ TEST(HitRasterizer, WhatReachesBehindAPinholeIsCutWithoutCracks) {
 }
 
 TEST(HitRasterizer, HitsEndAtTheNearAndFarPlane) {
-    // The square becomes a ramp whose Z grows from 2 to 10 over the width of 80 rays.
+    // The square becomes a ramp with Z from 2 to 10 over the width of 80 rays.
     Primitive ramp = square(0, 0, 80, 4, 0);
     for (glm::vec3& p : ramp.positions)
         p.z = -(2 + p.x / 10);
@@ -76,7 +76,7 @@ TEST(HitRasterizer, HitsEndAtTheNearAndFarPlane) {
         const double z = 2 + (x + 0.5) / 10;
         EXPECT_EQ(traced.image.count(static_cast<std::size_t>(x)), z >= 4 && z < 7 ? 1U : 0U) << x;
     }
-    // A surface exactly on the near plane is inside, one on the far plane outside.
+    // A surface exactly on the near plane is hit; a surface exactly on the far plane is not.
     const Scene planes = oneMesh({square(0, 0, 80, 4, -4), square(0, 0, 80, 4, -7)});
     HitRasterizer both{PosedScene(planes)};
     const TracedHits at = trace(both, view, settings);
@@ -148,8 +148,7 @@ TEST(HitRasterizer, AlphaDecidesWhatIsThere) {
     EXPECT_EQ(pattern(), squares);
     material.alpha_mode = AlphaMode::kBlend;
     EXPECT_EQ(pattern(), squares);
-    // The texture is shifted by half a period; then it has half the width and height, under each
-    // wrap mode.
+    // Shifts the texture by half a period, then halves its width and height under each wrap mode.
     material.base_color_texture.transform[2] = {0.5F, 0, 1};
     EXPECT_EQ(pattern(), expected([](int x, int y) { return (x < 4) != (y < 4); }));
     material.base_color_texture.transform = glm::mat3(1);
@@ -161,7 +160,7 @@ TEST(HitRasterizer, AlphaDecidesWhatIsThere) {
               expected([](int x, int y) { return (x < 2 || x >= 6) == (y < 2 || y >= 6); }));
     sampler.wrap_s = sampler.wrap_t = 33071;  // clamped
     EXPECT_EQ(pattern(), expected([](int x, int y) { return (x < 2) == (y < 2); }));
-    // With linear filtering, alpha is interpolated between texels and is 1/2 in the middle of the
+    // With linear filtering, alpha is interpolated between texels, and is 1/2 in the middle of the
     // picture.
     material.base_color_texture.transform = glm::mat3(1);
     material.alpha_mode = AlphaMode::kMask;
@@ -177,7 +176,7 @@ TEST(HitRasterizer, AlphaDecidesWhatIsThere) {
                   const double u = share(x), v = share(y);
                   return (1 - u) * (1 - v) + u * v >= 0.75;
               }));
-    // Alpha is multiplied by the factor and by vertex colours; the texture may use the second set
+    // Alpha is the product of texture, factor and vertex colour. The texture may use the second set
     // of coordinates.
     material.alpha_cutoff = 0.5F;
     material.base_color.a = 0.4F;

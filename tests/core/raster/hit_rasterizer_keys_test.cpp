@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests the keys of CPU hits: which element was hit, and the draw order of coincident elements.
+// Tests the keys of CPU hits: the hit element, and the draw order of coincident elements.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -15,8 +15,8 @@
 namespace peeler::test {
 namespace {
 
-/// Two coincident meshes are hit twice at exactly the same Z, in draw order, whatever the first
-/// corner and winding of their triangles.
+/// Two coincident meshes have two hits at exactly the same Z, in draw order, for any first corner
+/// and winding of their triangles.
 TEST(HitRasterizer, WhatCoincidesIsHitTwiceInDrawOrder) {
     const Primitive first = icosphere(3);
     Primitive second = first;
@@ -62,8 +62,8 @@ TEST(HitRasterizer, InstancesThatAreDrawnAtOnceHaveKeysOfTheirOwn) {
     }
 }
 
-/// Keys are those of the draw list for every topology, instance and primitive. Lines and points are
-/// not hit.
+/// Keys are those of the draw list for every topology, instance and primitive. Lines and points
+/// have no hits.
 TEST(HitRasterizer, KeysSayWhatWasHit) {
     Primitive list = square(0, 0, 2, 8, -1), strip, fan, lines = list;
     strip.topology = Topology::kTriangleStrip;

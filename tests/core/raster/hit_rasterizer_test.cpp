@@ -47,7 +47,7 @@ TEST(HitRasterizer, ClosedMeshesHaveEvenRays) {
     }
 }
 
-// A control: the test above fails for a mesh with a hole.
+// A negative test: the test above fails for a mesh with a hole.
 TEST(HitRasterizer, AHoleIsSeen) {
     Primitive mesh = icosphere(3);
     mesh.indices.resize(mesh.indices.size() - 3);
@@ -60,8 +60,9 @@ TEST(HitRasterizer, AHoleIsSeen) {
     EXPECT_GT(odd, 10U);
 }
 
-/// Compares every ray with every triangle in double precision. Hits must agree except for rays
-/// within about one grid step of an edge, and Z must be that of the triangle's plane.
+/// Compares every ray with every triangle in double precision. Hits must be the same for all rays
+/// that are more than about one grid step away from an edge. Z must be that of the triangle's
+/// plane.
 void compareWithTriangles(const PosedScene& posed, const View& view) {
     HitRasterizer source(posed);
     const TracedHits traced = trace(source, view);
@@ -173,8 +174,8 @@ TEST(HitRasterizer, TrianglesBeyondNumbers) {
                       (y >= 2 && y < 6 ? std::vector<std::uint32_t>{1, 6, 7}
                                        : std::vector<std::uint32_t>{1, 6}))
                 << x << ", " << y;
-    // Seen from a pinhole at (4, −4, 4), triangles 1 and 6 are in effect infinite and still cover
-    // the whole picture.
+    // From a pinhole at (4, −4, 4), triangles 1 and 6 are practically infinite and still cover the
+    // whole picture.
     View eye = parallelView(8, 8);
     eye.camera_to_world[3] = {4, -4, 4, 1};
     eye.projection = {true, 0.5, 0.5, 0.1, kInfinity};
@@ -190,7 +191,7 @@ TEST(HitRasterizer, TrianglesBeyondNumbers) {
     }
 }
 
-/// Parallel rays have no start other than a near plane, so hits behind their origin come first.
+/// Parallel rays start only at a near plane, so hits behind their origin come first.
 TEST(HitRasterizer, HitsBehindTheStartComeFirst) {
     const Scene scene =
         oneMesh({square(0, 0, 4, 4, -3), square(0, 0, 4, 4, 5), square(0, 0, 4, 4, 0),

@@ -21,8 +21,8 @@
 namespace peeler::test {
 namespace {
 
-// The greatest error by snapping, in ray spacings: GL snaps vertices to a grid of 1/256, the CPU to
-// 1/65,536.
+// The largest snapping error, in ray spacings: GL snaps vertices to a grid of 1/256, the CPU to a
+// grid of 1/65,536.
 constexpr double kSnapped = 1.0 / 256 + 1.0 / 65536;
 
 struct KeyedHit {
@@ -30,7 +30,7 @@ struct KeyedHit {
     float z = 0;
 };
 
-/// Returns the hits of a ray, sorted by their keys, each of which occurs once.
+/// Returns the hits of a ray, sorted by their keys. Each key occurs once.
 std::vector<KeyedHit> hitsOf(const LayeredImage& image, std::size_t ray) {
     const auto keys = image.extra.front().as<const std::uint32_t>();
     std::vector<KeyedHit> hits;
@@ -40,8 +40,7 @@ std::vector<KeyedHit> hitsOf(const LayeredImage& image, std::size_t ray) {
     return hits;
 }
 
-/// Returns the outline of a triangle in ray coordinates. For a camera, the part in front of the
-/// near plane is clipped off.
+/// Returns the outline of a triangle in ray coordinates. For a camera, clips it at the near plane.
 std::vector<glm::dvec2> outlineOf(const PosedScene& posed, const View& view, std::uint32_t key) {
     WorldElement element = elementOf(posed, key);
     placeCorners(posed, element);
@@ -63,7 +62,7 @@ std::vector<glm::dvec2> outlineOf(const PosedScene& posed, const View& view, std
     return outline;
 }
 
-/// Returns the distance of a ray of a capture from the edges of a triangle, in ray spacings.
+/// Returns the distance between a ray of a capture and the edges of a triangle, in ray spacings.
 double rayToEdge(const PosedScene& posed, const View& view, const LayeredImage& image,
                  std::size_t ray, std::uint32_t key) {
     const auto width = static_cast<std::size_t>(image.window.width());
@@ -72,14 +71,14 @@ double rayToEdge(const PosedScene& posed, const View& view, const LayeredImage& 
     return distanceToEdges(outlineOf(posed, view, key), at + view.sample);
 }
 
-/// How far two captures of the same rays agree.
+/// The agreement of two captures of the same rays.
 struct Agreement {
     std::size_t rays = 0, hits = 0;
     std::size_t differing = 0;  ///< rays on which the sets of triangles differ
-    /// The greatest distance of a differing ray from the edges of a triangle that only one capture
-    /// hits, in ray spacings.
+    /// The greatest distance between a differing ray and the edges of a triangle that only one
+    /// capture hits, in ray spacings.
     double farthest = 0;
-    /// The greatest error of Z on all other rays, relative to the scene's size.
+    /// The greatest error of Z among all other rays, relative to the scene's size.
     double largest_error = 0;
 };
 
@@ -102,7 +101,8 @@ void compare(const PosedScene& posed, const View& view, const LayeredImage& gl,
         if (!either.empty()) continue;
         for (std::size_t i = 0; i < here.size(); ++i) {
             const double error = static_cast<double>(std::abs(here[i].z - there[i].z)) / size;
-            // Near an edge a ray may miss the triangle itself and have no exact depth there.
+            // Near an edge a ray may miss the exact triangle, which then has no exact depth for the
+            // ray.
             if (error > agreement.largest_error &&
                 rayToEdge(posed, view, gl, ray, here[i].key) > kSnapped)
                 agreement.largest_error = error;
@@ -110,7 +110,7 @@ void compare(const PosedScene& posed, const View& view, const LayeredImage& gl,
     }
 }
 
-/// Returns a camera whose near plane is inside most scenes, and bundles through them.
+/// Returns a camera and bundles. The camera's near plane is inside most scenes.
 std::vector<View> viewsOf(const Bounds& box) {
     std::vector<View> views{testView(160, 120)};
     RayGrid grid;
@@ -154,8 +154,8 @@ TEST(HitSources, AgreeOnHardScenesButAtEdges) {
     }
 }
 
-/// The channels of hits found by both must agree, except near edges, where a ray may miss the
-/// triangle itself.
+/// Hits that both find must have the same channels, except near edges, where a ray may miss the
+/// exact triangle.
 TEST(HitSources, SayTheSameOfTheSameHits) {
     SceneBuilder builder;
     const int material = builder.material(glm::vec4(1));
@@ -199,8 +199,7 @@ TEST(HitSources, SayTheSameOfTheSameHits) {
                 for (std::size_t c = 0; c < gl.extra[i].components(); ++c) {
                     const float here = FragmentChannel(gl.extra[i], c).value(a);
                     const float there = FragmentChannel(cpu.extra[i], c).value(b);
-                    // GL computes normals in a shader, between snapped vertices; hence the
-                    // tolerance.
+                    // GL computes normals in a shader, from snapped vertices; hence the tolerance.
                     ASSERT_NEAR(here, there, 1e-3) << gl.extra[i].channels[c] << ", ray " << ray;
                 }
             }
@@ -209,7 +208,7 @@ TEST(HitSources, SayTheSameOfTheSameHits) {
     EXPECT_GT(compared, 10'000U);
 }
 
-/// A source that prefers bundles and takes its hits from another one.
+/// A source that prefers bundles and gets its hits from another source.
 class BundlesOf final : public HitSource {
   public:
     explicit BundlesOf(HitSource& source) : source_(source) {}

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests the sorting of lists of every length, in registers and in memory, on any processor.
+// Tests the sorting of lists of every length, in registers and in memory, with the code for every
+// processor.
 #include "core/raster/list_sorter.h"
 
 #include <gtest/gtest.h>
@@ -18,8 +19,7 @@ TEST(ListSorter, SortsListsOfEveryLength) {
         const SortLists sort = sortListsFor(every_processor);
         for (std::size_t length = 0; length <= kMostAtOnce; ++length) {
             for (int time = 0; time < 6; ++time) {
-                // The values are nearly consecutive, have only four different values, or are
-                // arbitrary.
+                // Nearly consecutive values, only four different values, or arbitrary values.
                 const std::uint64_t different = time % 3 == 0   ? length + 1
                                                 : time % 3 == 1 ? 4
                                                                 : std::uint64_t{1} << 52;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compares the coverage of rays by triangles with ray-by-ray tests in integers too wide to
+// Compares the coverage of rays by triangles with ray-by-ray tests in integers that cannot
 // overflow.
 #include <gtest/gtest.h>
 
@@ -18,8 +18,8 @@ namespace {
 
 __extension__ using Wide = __int128;
 
-/// The textbook top-left rule: whether (x, y) is inside all three edges, or exactly on some of them
-/// if each of those is a left or top edge. Corners may be in any order; y is down.
+/// The textbook top-left rule: (x, y) is covered if it is inside all three edges, or exactly on
+/// edges that are left or top edges. Corners may be in any order; y is down.
 bool covers(std::array<SnappedCorner, 3> corner, std::int64_t x, std::int64_t y) {
     const auto side = [](const SnappedCorner& a, const SnappedCorner& b, Wide px, Wide py) {
         return (Wide{b.x} - a.x) * (py - a.y) - (Wide{b.y} - a.y) * (px - a.x);
@@ -46,7 +46,7 @@ Scene triangleScene(const Positions& positions) {
     return oneMesh({primitive});
 }
 
-/// Compares every ray; returns the number of hits.
+/// Compares every ray. Returns the number of hits.
 std::size_t compareAllRays(const Positions& positions, const View& view) {
     const Scene scene = triangleScene(positions);
     HitRasterizer source{PosedScene(scene)};
@@ -75,7 +75,7 @@ std::size_t compareAllRays(const Positions& positions, const View& view) {
     return traced.image.fragments();
 }
 
-/// Random triangles, chosen to be hard cases.
+/// Random triangles with many special cases.
 class HardTriangles {
   public:
     explicit HardTriangles(unsigned seed) : random_(seed) {}
@@ -117,7 +117,7 @@ class HardTriangles {
     glm::vec3 anywhere() {
         return {kSide * (1.4F * share() - 0.2F), -kSide * (1.4F * share() - 0.2F), depth()};
     }
-    /// Returns a corner whose coordinates are on rays, or one grid step beside them.
+    /// Returns a corner whose coordinates are exactly those of rays, or one grid step away.
     glm::vec3 throughRays() {
         const auto at = [&] {
             const int step = random_() % 3 == 0 ? static_cast<int>(random_() % 3) - 1 : 0;
@@ -131,8 +131,8 @@ class HardTriangles {
         positions_.insert(positions_.end(), {a, b, c});
     }
 
-    /// Adds a fan of triangles around a corner, each in either orientation, so that every inner
-    /// edge is shared.
+    /// Adds a fan of triangles with random orientations around a corner. All its inner edges are
+    /// shared.
     void fan() {
         const glm::vec3 middle = corner();
         std::vector<glm::vec3> rim(3 + random_() % 4);
@@ -154,7 +154,7 @@ class HardTriangles {
         const Positions was(positions_);
         add(was[i + random_() % 3], was[i + 1], was[i + 2]);
     }
-    /// Adds triangles with a T-junction: a corner on the middle of another triangle's edge.
+    /// Adds triangles with a T-junction: a corner in the middle of another triangle's edge.
     void junction() {
         const glm::vec3 a = corner(), b = corner(), c = corner(), d = corner();
         const glm::vec3 middle = 0.5F * (a + b);
@@ -200,7 +200,7 @@ TEST(RasterCoverage, OfHugePicturesTheGridIsCoarserAndStillExact) {
         EXPECT_EQ(CornerGrid(parallelView(side, 1)).bits(), bits) << side;
 }
 
-/// Every ray within a quad of two triangles hits it exactly once, whichever diagonal divides it.
+/// Every ray within a quad of two triangles hits it exactly once, for either diagonal.
 TEST(RasterCoverage, SharedEdgesAreHitOnce) {
     const View view = parallelView(16, 16);
     for (const bool turned : {false, true}) {

@@ -15,7 +15,7 @@
 namespace peeler::test {
 namespace {
 
-/// Returns a square around rays 0 to 8 that faces the camera, with U to the right and V down.
+/// Returns a square that covers rays 0 to 8 and faces the camera, with U to the right and V down.
 Primitive facing() {
     Primitive primitive;
     primitive.positions = {{0, -8, -2}, {8, -8, -2}, {8, 0, -2}, {0, 0, -2}};
@@ -80,7 +80,7 @@ TEST(SurfaceValues, NormalsAreInterpolatedAndTurnWithTheInverseTranspose) {
         for (int i = 0; i < 3; ++i)
             EXPECT_NEAR(values[static_cast<std::size_t>(x)][i], expected[i], 1e-6);
     }
-    // Scaling X by 1/2 doubles the slope; a reflection does not swap front and back.
+    // Scaling X by 1/2 doubles the slope. A reflection does not swap front and back.
     primitive.normals.assign(4, glm::normalize(glm::vec3(1, 0, 1)));
     for (const double scale : {0.5, -0.5}) {
         const glm::dmat4 local = glm::translate(glm::dmat4(1), glm::dvec3(4, 0, 0)) *
@@ -90,8 +90,8 @@ TEST(SurfaceValues, NormalsAreInterpolatedAndTurnWithTheInverseTranspose) {
     }
 }
 
-/// A normal map's +X is the direction of increasing U and its +Y is up the image, with and without
-/// tangents.
+/// A normal map's +X points in the direction of increasing U, its +Y up in the image, with and
+/// without tangents.
 TEST(SurfaceValues, NormalMapsLeanAlongTheTexture) {
     const glm::dvec3 mapped(2 * 204.0 / 255 - 1, 2 * 51.0 / 255 - 1, 2 * 230.0 / 255 - 1);
     for (const bool with_tangents : {false, true}) {
@@ -180,8 +180,8 @@ TEST(SurfaceValues, TexturesAreWrappedAndFiltered) {
         EXPECT_NEAR(texelAt(image, texture, {row.u, 0.5}).a, row.expected, 1e-12)
             << row.filter << " " << row.wrap << " " << row.u;
     }
-    // Coordinates so large that floats have no fraction may give any texel, but none outside the
-    // image.
+    // Coordinates that are too large for a float fraction may give any texel of the image, but none
+    // outside it.
     for (const double far : {1e30, -1e30, 1e300})
         for (const int wrap : {kRepeat, kMirror, kClamp}) {
             texture.sampler.wrap_s = wrap;

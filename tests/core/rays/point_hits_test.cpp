@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests the hits before and after points on rays against analytic answers.
+// Tests the hits on rays before and after points, against analytic answers.
 #include "core/rays/point_hits.h"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@
 namespace peeler::test {
 namespace {
 
-/// A scene of triangles whose hits are found by brute force, without a renderer.
+/// A scene of triangles. Finds hits by brute force, without a renderer.
 class Traced {
   public:
     explicit Traced(Scene scene) : scene_(std::move(scene)), shown_(scene_, 0) {
@@ -66,7 +66,8 @@ class Traced {
     std::vector<WorldElement> elements_;
 };
 
-/// Returns large triangles at these Z, crossed by all rays; the n-th (from 0) has the key n + 1.
+/// Returns large triangles at these Z. All rays cross them; the n-th triangle (from 0) has the key
+/// n + 1.
 Scene sheets(const std::vector<float>& heights) {
     SceneBuilder builder;
     const int material = builder.material({1, 1, 1, 1});
@@ -90,7 +91,7 @@ TEST(PointHits, BetweenSheets) {
     EXPECT_DOUBLE_EQ(found[2].before.distance, 3);
     EXPECT_EQ(found[2].before.key, 3U);
     EXPECT_EQ(found[2].after.distance, kInfinity);
-    // One of these points is outside the bundle, the other outside the sheets.
+    // One point is outside the bundle, the other outside the sheets.
     for (const std::size_t beside : {std::size_t{3}, std::size_t{4}}) {
         EXPECT_EQ(found[beside].before.key, 0U);
         EXPECT_EQ(found[beside].after.key, 0U);
@@ -107,17 +108,17 @@ TEST(PointHits, OnASurfaceAndWhereSurfacesCoincide) {
         const auto found = traced.around(traced.bundle({0, 0, sign}, 16), points);
         const bool up = sign > 0;
         EXPECT_EQ(found[0].before.distance, 0);
-        EXPECT_EQ(found[0].before.key, 4U);  // the last one drawn
+        EXPECT_EQ(found[0].before.key, 4U);  // the last drawn
         EXPECT_EQ(found[0].after.key, up ? 5U : 2U);
         EXPECT_DOUBLE_EQ(found[0].after.distance, up ? 2 : 1);
         EXPECT_EQ(found[1].before.key, up ? 2U : 4U);
-        EXPECT_EQ(found[1].after.key, up ? 1U : 2U);  // the first one drawn
+        EXPECT_EQ(found[1].after.key, up ? 1U : 2U);  // the first drawn
         EXPECT_EQ(found[2].before.key, up ? 4U : 5U);
         EXPECT_EQ(found[2].after.key, up ? 5U : 1U);
     }
 }
 
-// Where the grid is coarse, a ray's hit must be extrapolated to the ray through the point itself.
+// The grid is coarse, so a ray's hit must be extrapolated to the ray through the point itself.
 TEST(PointHits, SteepSurfacesAreFollowed) {
     SceneBuilder builder;
     const int material = builder.material({1, 1, 1, 1});
@@ -138,8 +139,8 @@ TEST(PointHits, SteepSurfacesAreFollowed) {
         NextHit before, after;
         for (const std::uint32_t key : {1U, 2U}) {
             const double along = (key == 1 ? 2 : -2) * points[i].x - points[i].z;
-            // Among coincident hits, the last drawn counts before the point, the first drawn after
-            // it.
+            // Among coincident hits, the last drawn counts as the hit before, the first drawn as
+            // the hit after.
             if (along > 0 && along < after.distance) after = {along, key};
             if (along <= 0 && -along < before.distance) before = {-along, key + 2};
         }
@@ -187,8 +188,7 @@ TEST(PointHits, InsideAndOutsideACube) {
         glm::dvec3 direction;
         double exact;  ///< the minimum share of points with exact distances
     };
-    // At an oblique angle, the point's own ray may pass an edge on the other side than the nearest
-    // traced ray.
+    // At an oblique angle, an edge may lie between the point's own ray and the nearest traced ray.
     for (const Row& row : {Row{{0, 1, 0}, 1}, {{0, 0, -1}, 1}, {{1, 2, -3}, 0.97}}) {
         const glm::dvec3 direction = glm::normalize(row.direction);
         const auto found = traced.around(traced.bundle(direction, 128), points);
@@ -227,7 +227,7 @@ TEST(PointHits, InsideASphereChordsAddUp) {
     for (std::size_t i = 0; i < points.size(); ++i) {
         const double along = glm::dot(points[i], direction);
         const double half = std::sqrt(1 - glm::dot(points[i], points[i]) + along * along);
-        // The tolerance: the mesh is up to 0.004 inside the sphere, and seen obliquely.
+        // The mesh is up to 0.004 inside the sphere, and is seen obliquely.
         EXPECT_NEAR(found[i].before.distance, half + along, 0.008);
         EXPECT_NEAR(found[i].after.distance, half - along, 0.008);
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests maps of rays whose hits are known.
+// Tests maps of rays with known hits.
 #include "core/rays/ray_maps.h"
 
 #include <gtest/gtest.h>
@@ -86,7 +86,8 @@ TEST(RayMaps, InsideIsByParityAndTheInnermostCounts) {
          0},
         {"touching", {{0, 0}, {2, 1}, {2, 0}, {5, 1}}, 5, {2, 3, 0}, 0},
         {"the same twice: the later one", {{1, 0}, {1, 1}, {3, 0}, {3, 1}}, 2, {0, 2, 0}, 0},
-        // Whichever is drawn first, the shorter body counts as inside the longer one.
+        // If two bodies are entered together, the shorter counts as inside the longer, for either
+        // draw order.
         {"entered together, a", {{1, 0}, {1, 1}, {2, 1}, {5, 0}}, 4, {3, 1, 0}, 0},
         {"entered together, b", {{1, 1}, {1, 0}, {2, 1}, {5, 0}}, 4, {3, 1, 0}, 0},
         {"left together", {{1, 0}, {3, 1}, {5, 1}, {5, 0}}, 4, {2, 2, 0}, 0},
@@ -197,7 +198,7 @@ TEST(RayMaps, LengthsAreAlongTheRaysOfAPinhole) {
     const RayMaps maps(shown, &solids, {{RayMap::kFirst, RayMap::kThickness}});
     Bundle bundle = bundleOf(16, 8, 2, 1);
     bundle.view.projection.perspective = true;
-    // Two spherical shells around the eye give every ray the same hits.
+    // Two spherical shells around the eye, so that every ray has the same hits.
     const LayeredImage hits = rayHits(bundle, [](const glm::dvec3&, const glm::dvec3&) {
         return std::vector<Hit>{{2, keyOf(0)}, {5, keyOf(0)}};
     });

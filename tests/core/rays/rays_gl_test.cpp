@@ -25,7 +25,7 @@ TEST(ClosedMeshes, EveryRayLeavesWhatItEnters) {
         {"icosphere 5", icosphere(5)},        {"torus", torus(0.4, 64, 32)},
         {"thin torus", torus(0.01, 400, 12)}, {"cube", cube()},
     };
-    // Embree is compared once: results are the same with osmesa
+    // Embree is compared only once, because the results with osmesa are the same.
     const bool with_embree = testBackend() == "egl";
     for (const auto& [name, mesh] : meshes) {
         const OddRays found = countOddRays(name, sceneOf({{"", {mesh}}}), 64, 256, with_embree);
@@ -41,7 +41,7 @@ TEST(ClosedMeshes, EveryRayLeavesWhatItEnters) {
     EXPECT_EQ(fine.cpu, 0U);
 }
 
-// A control: the tests above fail for a mesh with a hole.
+// A negative test: the tests above fail for a mesh with a hole.
 TEST(ClosedMeshes, AHoleIsSeen) {
     Primitive mesh = icosphere(3);
     mesh.indices.resize(mesh.indices.size() - 3);
@@ -69,7 +69,7 @@ struct Traced {
     std::span<const float> t(std::size_t pixel) const {
         return std::span(image.z).subspan(image.offsets[pixel], image.count(pixel));
     }
-    /// Returns one plane per channel.
+    /// Returns one plane per channel of the maps.
     std::vector<std::vector<float>> maps(RayMapSettings settings) const {
         const Solids solids(shown);
         const RayMaps maps(shown, &solids, std::move(settings));
@@ -100,12 +100,12 @@ struct Traced {
 
 const glm::dvec3 kAskew = glm::normalize(glm::dvec3(1, 2, -3));
 
-/// Returns the distance of the ray's line from the origin.
+/// Returns the distance between the ray's line and the origin.
 double beside(const glm::dvec3& start, const glm::dvec3& direction) {
     return glm::length(glm::cross(start, direction));
 }
 
-/// These tests run once for each engine.
+/// Instantiated for each engine (--engine).
 class RayLengths : public testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(By, RayLengths, testing::Values("cpu", "gl"),
                          [](const auto& row) { return std::string(row.param); });
@@ -115,7 +115,7 @@ TEST_P(RayLengths, ChordsOfASphere) {
     const Traced traced(GetParam(), sceneOf({{"", {mesh}}}), kAskew, {512});
     const std::vector<float> thickness = traced.maps({{RayMap::kThickness}}).at(0);
 
-    // `within` is the greatest depth of a triangle's centre below the sphere.
+    // `within` is the largest depth of a triangle's centre below the sphere.
     double within = 0;
     for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
         const glm::dvec3 sum = glm::dvec3(mesh.positions[mesh.indices[i]]) +
@@ -133,14 +133,14 @@ TEST_P(RayLengths, ChordsOfASphere) {
         const double off = 2 * half - static_cast<double>(thickness[p]);
         worst = std::max(worst, off);
         ASSERT_GE(off, -1e-6);
-        // Each end of the chord falls short by up to `within`, divided by the cosine at which the
-        // ray meets the surface (`half`).
+        // Each end of the chord is short by up to `within` divided by `half`, the cosine at which
+        // the ray meets the surface.
         ASSERT_LE(off, 2.1 * within / half) << d;
     }
     std::printf("%zu rays; triangles are up to %.2g within the sphere, chords up to %.2g short\n",
                 rays, within, worst);
 
-    // The mesh is convex, so the planes of its triangles suffice to compute exact chords.
+    // The mesh is convex, so the planes of its triangles are enough to compute exact chords.
     std::mt19937 random(7);
     std::size_t hit = 0;
     for (int i = 0; i < 1000; ++i) {
@@ -155,7 +155,8 @@ TEST_P(RayLengths, ChordsOfASphere) {
             const double at = glm::dot(normal, a - start) / along;
             (along < 0 ? in : out) = along < 0 ? std::max(in, at) : std::min(out, at);
         }
-        // Skip rays that may only graze vertices: the planes cannot decide whether they hit.
+        // Skip rays that may only graze vertices: for them, the planes cannot decide whether there
+        // is a hit.
         if (std::abs(out - in) < 1e-3) continue;
         const double chord = std::max(0.0, out - in);
         hit += chord > 0 ? 1 : 0;
@@ -217,7 +218,7 @@ TEST_P(RayLengths, VolumesOfASphereATorusAndACube) {
     }
 }
 
-/// Instantiated for each engine.
+/// Instantiated for each engine (--engine).
 class BundleRays : public testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(By, BundleRays, testing::Values("cpu", "gl"),
                          [](const auto& row) { return std::string(row.param); });
@@ -251,7 +252,7 @@ TEST_P(BundleRays, AreWhereTheHelpSaysTheyAre) {
     }
     EXPECT_GT(traced.image.fragments(), 10000U);
     // The rasteriser snaps vertices to a grid of 1/256 pixel, so a fragment's ray may miss its
-    // triangle, and by more than that if the triangle is edge-on.
+    // triangle, by more than a grid step if the triangle is edge-on.
     EXPECT_LT(farthest, spacing / 16);
     const double misses = 1 - static_cast<double>(exact) / double(traced.image.fragments());
     std::printf("%.2g of the hits lie beside their rays, at most %.2g of the rays' distance\n",
@@ -278,7 +279,8 @@ TEST_P(BundleRays, DirectionsAreEven) {
 }
 
 TEST_P(BundleRays, BoundsCutNothingOffAlongTheRays) {
-    // The bounds are slabs across the rays: one far thinner than the sphere, one off its centre.
+    // The bounds are slabs across the rays: one is far thinner than the sphere, one is off its
+    // centre.
     const Bounds slabs[] = {{{-0.5, -0.5, -0.001}, {0.5, 0.5, 0.001}},
                             {{-0.5, -0.5, 0.7}, {0.5, 0.5, 0.7}}};
     for (const Bounds& slab : slabs) {
@@ -301,7 +303,7 @@ TEST_P(BundleRays, WhatLiesOnTheBorderIsHit) {
     quad.positions = {{-1, -1, 0.3F}, {1, -1, 0.3F}, {1, 1, 0.3F}, {-1, 1, 0.3F}};
     quad.indices = {0, 1, 2, 0, 2, 3};
     for (const glm::dvec3 direction : {glm::dvec3(0, 0, 1), glm::dvec3(0, 0, -1)}) {
-        // The quad's bounds are flat, and both ends of the cube lie at the ends of the bundle.
+        // The quad's bounds are flat, and the cube touches the bundle at both ends.
         const Traced flat(GetParam(), sceneOf({{"", {quad}}}), direction, {100});
         const Traced box(GetParam(), sceneOf({{"", {cube()}}}), direction, {100});
         for (std::size_t p = 0; p < flat.bundle.rays(); ++p)

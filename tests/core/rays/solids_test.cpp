@@ -14,8 +14,8 @@
 namespace peeler::test {
 namespace {
 
-/// Returns a sphere of quads between parallels. The poles are rows of equal vertices, so some
-/// triangles there are degenerate. If `open`, the first and last rows of quads are missing.
+/// Returns a sphere of quads between parallels. The poles are rows of equal vertices, so half of
+/// the triangles there are degenerate. If `open`, the first and last rows of quads are missing.
 Primitive globe(int columns, int rows, bool open, int material = 0, float radius = 1) {
     Primitive primitive;
     primitive.material = material;
@@ -99,7 +99,7 @@ TEST(Solids, SidesOfDifferentMaterialsAreOneCube) {
 }
 
 TEST(Solids, ASphereIsClosedWhateverItsPolesAndSeamAreMadeOf) {
-    // 12 by 7 quads are 168 triangles, but half of the 48 at the poles are degenerate.
+    // 12 by 7 quads are 168 triangles. Half of the 48 triangles at the poles are degenerate.
     EXPECT_EQ(solidsOf({globe(12, 7, false)}), (List{{{0}, 144, 0}}));
     EXPECT_EQ(solidsOf({globe(12, 7, true)}), (List{{{0}, 120, 24}}));
 }
@@ -107,7 +107,7 @@ TEST(Solids, ASphereIsClosedWhateverItsPolesAndSeamAreMadeOf) {
 TEST(Solids, PrimitivesThatAreClosedStandAlone) {
     const Primitive outer = globe(8, 4, false, 0), inner = globe(8, 4, false, 1, 0.5F);
     EXPECT_EQ(solidsOf({outer, inner}), (List{{{0}, 48, 0}, {{1}, 48, 0}}));
-    // The sphere is closed by itself; the two sides of the cube together are open.
+    // The sphere is closed by itself. The two sides of the cube together are open.
     EXPECT_EQ(solidsOf({cubeSide(0), inner, cubeSide(1)}), (List{{{1}, 48, 0}, {{0, 2}, 4, 8}}));
 }
 
@@ -155,7 +155,7 @@ TEST(Solids, ADeformedMeshHasItsOwnTopology) {
     EXPECT_EQ(found(Solids(PosedScene(scene))), (List{{{0}, 4, 0}, {{0}, 4, 4}}));
 }
 
-/// Every key maps to the DrawList's element, in a scene with everything that makes keys irregular.
+/// Every key maps to the DrawList's element. The scene has everything that makes keys irregular.
 TEST(Solids, KeysAreThoseOfTheDrawList) {
     Primitive empty, points;
     points.topology = Topology::kPoints;

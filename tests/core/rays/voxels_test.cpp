@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests voxel votes along three axes, and rays that do not leave every solid that they enter.
+// Tests voxel votes along three axes, and the report of rays that do not leave every solid that
+// they enter.
 #include "core/rays/voxels.h"
 
 #include <gtest/gtest.h>
@@ -43,7 +44,7 @@ std::vector<std::uint8_t> votesOf(const VoxelVotes& votes, const AxisBundles& ax
 }
 
 /// Returns random hits of one to four solids. Some solids have an odd number of hits, some hits
-/// coincide, and some are outside the cells.
+/// coincide, and some are outside the lattice.
 LayeredImage randomHits(const Bundle& bundle, double length, std::mt19937& random) {
     std::uniform_int_distribution<int> places(-4, 40), counts(0, 9), solids(0, 3);
     return rayHits(bundle, [&](const glm::dvec3&, const glm::dvec3&) {
@@ -57,8 +58,8 @@ LayeredImage randomHits(const Bundle& bundle, double length, std::mt19937& rando
     });
 }
 
-/// Adds the votes of a bundle, computed cell by cell: a cell's centre is inside a solid if an odd
-/// number of its hits lie in front, unless the last of these is unpaired.
+/// Adds the votes of a bundle cell by cell: a cell's centre is inside a solid if an odd number of
+/// the solid's hits lie in front of it, unless the last of these hits is unpaired.
 void addVotes(const AxisBundles& axes, std::size_t axis, const LayeredImage& hits,
               std::vector<std::uint8_t>& votes) {
     const Bundle& bundle = axes.bundles[axis];
@@ -91,7 +92,7 @@ void addVotes(const AxisBundles& axes, std::size_t axis, const LayeredImage& hit
 
 class Voxels : public testing::Test {
   protected:
-    /// Returns the lattice over a box whose sides differ.
+    /// Returns the lattice over a box with three different sides.
     static AxisBundles lattice(int resolution) {
         const Bounds box{{-1.5, -1.25, -1}, {1.5, 1.25, 1.75}};
         return axisBundles(box, box, {resolution});
@@ -148,7 +149,8 @@ TEST_F(Voxels, AnAxisThatIsMisledIsOutvoted) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
         LayeredImage hits = sphereHits(axes.bundles[axis], spheres);
         right.add(axis, axes.bundles[axis], hits);
-        // Along this axis the exits (the upper half of the hits) are dropped, so no ray leaves.
+        // Along this axis, the exits (the second half of the hits) are removed, so no ray leaves a
+        // solid.
         if (axis == 1) {
             const LayeredImage all = hits;
             std::vector<std::uint32_t> keys;
@@ -189,8 +191,8 @@ TEST_F(Voxels, RandomHitsAreCountedAsCellByCell) {
     const PosedScene shown(scene);
     const Solids solids(shown);
     std::mt19937 random(7);
-    // Lines of cells take less than a 64-bit word, exactly one, slightly more than one, and more
-    // than two; some lattices are a single cell wide.
+    // Lines of cells take less than a 64-bit word, exactly one word, slightly more than one, or
+    // more than two. Some lattices are one cell wide.
     for (const glm::ivec3& cells :
          {glm::ivec3(7, 10, 20), {5, 20, 64}, {20, 3, 65}, {2, 9, 150}, {1, 70, 3}, {30, 1, 1}}) {
         const glm::dvec3 corner(-0.3, 0.2, 1.1);
@@ -255,7 +257,7 @@ TEST_F(Voxels, OddRaysAreCountedBySolid) {
     parity.add(1, image);
     EXPECT_FALSE(parity.holds());
     const auto pixels = static_cast<std::uint64_t>(image.window.pixels());
-    EXPECT_EQ(parity.oddRays(), pixels);  // half of the rays of each of two bundles
+    EXPECT_EQ(parity.oddRays(), pixels);  // half of the rays in each of two bundles
     ASSERT_EQ(parity.solids().size(), 2U);
     EXPECT_EQ(parity.solids().at(0).rays, 2 * pixels);
     EXPECT_EQ(parity.solids().at(0).odd, 0U);

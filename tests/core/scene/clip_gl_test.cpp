@@ -18,7 +18,7 @@
 namespace peeler::test {
 namespace {
 
-/// Returns the point at pixel (x, y) and this depth, in the space of testView().
+/// Returns the point at the centre of pixel (x, y) with this depth, in the space of testView().
 glm::dvec3 pointAt(const View& view, int x, int y, double z) {
     const double u = (x + 0.5) / view.width * 2 - 1, v = 1 - (y + 0.5) / view.height * 2;
     return {u * view.projection.half_width * z, v * view.projection.half_height * z, -z};
@@ -36,8 +36,7 @@ void forEachPoint(const LayeredImage& image, const View& view, F&& f) {
     }
 }
 
-/// Adds a node with a closed ball of triangles around `centre`, counter-clockwise seen from
-/// outside.
+/// Adds a node with a closed ball of triangles, counter-clockwise as seen from outside.
 int addBall(SceneBuilder& builder, const glm::dvec3& centre, double radius, int steps) {
     std::vector<glm::vec3> corners;
     const auto point = [&](int i, int j) {
@@ -85,7 +84,7 @@ TEST(Clip, HalfSpacesKeepWhatLiesInThem) {
     }
 }
 
-/// Returns settings that keep the inside (or outside) of a node's mesh.
+/// Returns settings that keep the inside of a node's mesh or, if `inside` is false, the outside.
 CaptureSettings clippedBy(int node, bool inside = true) {
     CaptureSettings settings;
     settings.clip.nodes = {node};
@@ -186,7 +185,7 @@ TEST(Clip, TheSurfacesOfAMeshCountAmongABandsBytes) {
     }
 }
 
-/// Embree provides the depths along −Z at which a ray enters and leaves the ball.
+/// Embree gives the depths along −Z at which a ray enters and leaves the ball.
 TEST(Clip, ABallKeepsAsManyLayersAsEmbreeFindsHitsInside) {
     auto scenes = hardScenes();
     SceneBuilder builder;
@@ -221,7 +220,7 @@ TEST(Clip, ABallKeepsAsManyLayersAsEmbreeFindsHitsInside) {
     }
     std::printf("%zu pixels with layers inside the ball, %zu differ\n", inside_pixels, wrong);
     EXPECT_GT(inside_pixels, 10000U);
-    // GL and Embree may differ where a ray passes within 1/256 of a pixel of a triangle's edge.
+    // GL and Embree may differ if a ray passes within 1/256 pixel of a triangle's edge.
     EXPECT_LT(wrong, inside_pixels / 200);
 }
 

@@ -16,8 +16,8 @@ glm::dmat4 placeAt(double x, double scale = 1) {
     return glm::scale(glm::translate(glm::dmat4(1), glm::dvec3(x, 0, 0)), glm::dvec3(scale, 1, 1));
 }
 
-/// Returns a scene of two nodes that share a mesh, a strip of three triangles. The first node has
-/// four instances, the third of which is mirrored; the second has one.
+/// Returns a scene of two nodes that share a mesh: a strip of three triangles. The first node has
+/// four instances, the third of which is mirrored; the second node has one.
 Scene rowOfStrips() {
     Scene scene;
     scene.materials.resize(1);
@@ -31,7 +31,7 @@ Scene rowOfStrips() {
     return scene;
 }
 
-/// Returns rowOfStrips() with a second primitive of two triangles added to the mesh.
+/// Returns rowOfStrips(), with a second primitive of two triangles in the mesh.
 Scene grove() {
     Scene scene = rowOfStrips();
     scene.meshes[0].primitives.emplace_back().positions.resize(6);
@@ -69,8 +69,8 @@ TEST(DrawList, DrawsMeshesOfSeveralPrimitivesPlaceByPlace) {
     const Scene scene = grove();
     const PosedScene shown(scene);
     const DrawList& list = shown.drawList();
-    // Instances are drawn separately, since GL would draw the first primitive of all instances
-    // before the second primitive of any.
+    // Instances are drawn separately. GL would draw the first primitive of all instances before the
+    // second primitive of the first instance.
     EXPECT_EQ(draws(list), (std::vector<Expected>{{1, 1, false},
                                                   {1, 4, false},
                                                   {1, 6, false},
@@ -102,7 +102,7 @@ TEST(DrawList, NumbersSurfacesInDrawOrder) {
 }
 
 TEST(DrawList, KnowsWhereKeysComeFrom) {
-    const Scene scene = grove();  // a strip of three triangles and a list of two, at five places
+    const Scene scene = grove();  // a strip of three triangles and a list of two, in five places
     const PosedScene shown(scene);
     const DrawList& list = shown.drawList();
     for (std::uint32_t key = 1; key <= 25; ++key) {
@@ -116,9 +116,9 @@ TEST(DrawList, KnowsWhereKeysComeFrom) {
 }
 
 TEST(DrawList, FindsKeysAmongSurfacesOfAnySize) {
-    // The meshes are: one with empty primitives before, between and after others; one with many
-    // triangles; many with one triangle; and an empty one. The expected origin of each key is found
-    // by counting.
+    // The meshes: one with empty primitives before, between and after others; one with many
+    // triangles; many with one triangle; and an empty mesh. Counting gives the expected origin of
+    // each key.
     Scene scene;
     scene.materials.resize(1);
     const auto add = [&](const std::vector<std::size_t>& triangles, std::size_t nodes) {
@@ -161,7 +161,7 @@ TEST(DrawList, GivesDeformedMeshesGeometriesOfTheirOwn) {
     scene.meshes[0].primitives[0].targets.resize(1);
     const PosedScene shown(scene);
     const DrawList& list = shown.drawList();
-    EXPECT_EQ(list.geometries().size(), 2U);  // one per node, shared by its instances
+    EXPECT_EQ(list.geometries().size(), 2U);  // one per node, for all its instances
     EXPECT_EQ(list.draws()[0].instances, 2U);
 }
 

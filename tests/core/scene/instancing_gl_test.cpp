@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests that instanced draws equal individual draws, and that a renderer moved to another time
-// equals a new one, bit for bit.
+// Tests that instanced draws equal individual draws bit for bit. Tests the same for a renderer
+// moved to another time and a new renderer.
 #include <gtest/gtest.h>
 
 #include <glm/gtc/matrix_transform.hpp>
@@ -22,8 +22,8 @@ glm::dmat4 somewhere(std::mt19937& random) {
     return glm::scale(place, glm::dvec3(0.3, 0.25, 0.35));
 }
 
-/// Returns 40 instances of a transparent quad, two of which coincide and one of which is mirrored,
-/// and a rectangle that cuts through them. With `several`, the mesh also has an alpha-tested quad.
+/// Returns 40 instances of a transparent quad, and a rectangle that cuts through them. Two
+/// instances coincide, and one is mirrored. With `several`, the mesh also has an alpha-tested quad.
 Scene crowdOfInstances(unsigned seed, bool several) {
     SceneBuilder builder;
     const int glass = builder.lit(builder.material({0.2F, 0.5F, 0.9F, 0.4F}));
@@ -32,14 +32,14 @@ Scene crowdOfInstances(unsigned seed, bool several) {
     builder.quad({0, -1, -1}, {0, -1, 1}, {0, 1, 1}, {0, 1, -1}, grid);
     builder.rectangle(1.5F, 0.9F, -3, glass);
     Scene& scene = builder.scene();
-    // Glass with a volume is included because thickness scales with the mesh.
+    // Glass with a volume, because thickness scales with the mesh.
     Transmission& volume = scene.materials[static_cast<std::size_t>(glass)].transmission;
     volume.factor = 0.6F;
     volume.thickness = 0.8F;
     volume.attenuation_distance = 0.3F;
     volume.attenuation_color = {0.9F, 0.5F, 0.3F};
-    // With `several`, the second mesh's primitive joins the first; its vertex alphas define the
-    // cutout.
+    // With `several`, the second mesh's primitive is added to the first mesh. Its vertex alphas
+    // define the cutout.
     Primitive second = scene.meshes[1].primitives[0];
     second.colors = {{1, 1, 1, 1}, {1, 1, 1, 0}, {1, 1, 1, 1},
                      {1, 1, 1, 0}, {1, 1, 1, 1}, {1, 1, 1, 1}};
@@ -102,9 +102,9 @@ TEST(Instancing, IsTheExpandedSceneBitForBit) {
     expectTheSame(crowdOfInstances(seed, true));
 }
 
-/// Two overlapping rectangles in one plane form a mesh, placed three times in that plane. All
-/// fragments of a pixel coincide, including the second primitive of one instance with the first
-/// primitive of others.
+/// A mesh of two overlapping rectangles in one plane, in three places of that plane. All fragments
+/// of a pixel coincide: the second primitive of one instance may coincide with the first primitive
+/// of others.
 TEST(Instancing, KeepsTheOrderOfCoincidentPrimitives) {
     for (const AlphaMode mode : {AlphaMode::kBlend, AlphaMode::kOpaque}) {
         SceneBuilder builder;

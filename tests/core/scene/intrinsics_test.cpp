@@ -39,7 +39,7 @@ CameraChoice cameraOf(const Intrinsics& intrinsics, const Size& size) {
     return choice;
 }
 
-/// Returns the pixel (centres at whole numbers) at which the requested picture shows a point in
+/// Returns the pixel (centres at whole numbers) of the requested picture that shows a point in
 /// front of the camera (x right, y down, z forward).
 glm::dvec2 seenAt(const View& view, const glm::dvec3& point) {
     const glm::dvec2 pixel = PixelRays(view).pixel({point.x, -point.y, -point.z});
@@ -135,8 +135,8 @@ TEST(Intrinsics, CropsAreOfThePictureThatIsAskedFor) {
 }
 
 TEST(Poses, ThatAreRigidStayAsTheyAre) {
-    // In double precision, rotations are orthonormal only up to rounding. Normalising them would
-    // change their last bits, so they must be left unchanged.
+    // In double precision, rotations are orthonormal only up to rounding. They must not be
+    // normalised, because this would change their last bits.
     CameraChoice choice;
     glm::dmat4 pose(1);
     int changed = 0;

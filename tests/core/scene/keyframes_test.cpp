@@ -20,7 +20,7 @@ std::vector<double> sampledAt(const Keyframes& keyframes, double time, std::size
 using Values = std::vector<double>;
 
 TEST(Keyframes, GiveExactlyTheirValuesAtTheirTimes) {
-    // Most arithmetic would change these numbers in the last bit.
+    // Most arithmetic would change the last bit of these numbers.
     const Keyframes linear{Interpolation::kLinear, {0.1F, 0.7F, 1.3F}, {0.1F, -0.3F, 7e30F}};
     for (std::size_t i = 0; i < 3; ++i) {
         EXPECT_EQ(sampledAt(linear, double{linear.times[i]}, 1)[0], double{linear.values[i]});
@@ -30,7 +30,7 @@ TEST(Keyframes, GiveExactlyTheirValuesAtTheirTimes) {
                            {9, 0.1F, 3, 4, 0.7F, 8}};  // in-tangent, value, out-tangent
     EXPECT_EQ(sampledAt(spline, double{0.1F}, 1)[0], double{0.1F});
     EXPECT_EQ(sampledAt(spline, double{0.7F}, 1)[0], double{0.7F});
-    // In files, rotations are rounded to a few digits, so the quaternion's length is not 1; at the
+    // Rotations in files are rounded to a few digits, so a quaternion's length is not 1. At a
     // keyframe it must not be normalised.
     const Keyframes turn{
         Interpolation::kLinear, {0, 1}, {0, 0, 0.7071F, 0.7071F, 0, 0.5F, 0, 0.86F}};
@@ -115,7 +115,7 @@ TEST(Keyframes, CubicSplineIsTheHermiteFormula) {
                                 td * (std::pow(u, 3) - std::pow(u, 2)) * in1;
         EXPECT_NEAR(sampledAt(keys, t, 1)[0], expected, 1e-12) << t;
     }
-    // A cubic spline reproduces the parabola x² exactly, given its tangents 2x.
+    // A cubic spline with the tangents 2x is exactly the parabola x².
     const Keyframes square{Interpolation::kCubicSpline, {1, 3}, {0, 1, 2, 6, 9, 0}};
     for (const double t : {1.25, 2.0, 2.5})
         EXPECT_NEAR(sampledAt(square, t, 1)[0], t * t, 1e-12);

@@ -13,7 +13,7 @@
 namespace peeler::test {
 namespace {
 
-/// Returns a flat cloud of pseudorandom points around `middle`, parallel to the XY plane.
+/// Returns a cloud of pseudorandom points around `middle`, in a plane parallel to XY.
 Scene cloud(const glm::dvec3& middle) {
     std::mt19937 random(1992);
     std::uniform_real_distribution<double> unit(-1, 1);
@@ -78,7 +78,7 @@ TEST(LightView, OfASpotLightIsItsCone) {
 }
 
 TEST(LightView, OfWhatIsSeenEdgeOnHasAWidth) {
-    const Scene scene = cloud({0, 0, -5});  // the cloud is flat, so along X it has no width
+    const Scene scene = cloud({0, 0, -5});  // seen along X, the flat cloud has no width
     const auto view =
         lightView(placedLight(LightType::kDirectional, {0, 0, 0}, {1, 0, 0}), PosedScene(scene));
     ASSERT_TRUE(view);
@@ -102,7 +102,7 @@ TEST(LightView, TheBuiltInLightStandsInForNone) {
     const auto lights = placedLights(PosedScene(scene, 0));
     ASSERT_EQ(lights.size(), 1U);
     EXPECT_EQ(lights[0].name, "key");
-    // The built-in light comes from above, from the left and from the front.
+    // The built-in light comes from above, the left and the front.
     const glm::dvec3 toward(lights[0].to_world[2]);
     EXPECT_NEAR(glm::length(toward), 1, 1e-6);
     EXPECT_LT(toward.x, -0.4);

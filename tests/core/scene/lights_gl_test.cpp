@@ -17,8 +17,8 @@ namespace {
 
 constexpr LightType kDirectional = LightType::kDirectional, kPoint = LightType::kPoint;
 
-/// A rough white wall of half extents (4, 4) at z = −4 that faces the camera at the origin, with
-/// the lights added to it. Diffusely it reflects 0.96 of its base colour; the rest is specular.
+/// A rough white wall of half extents (4, 4) at z = −4 that faces the camera at the origin, and
+/// lights. The diffuse part of its reflection is 0.96 of its base colour; the rest is specular.
 class Wall {
   public:
     Wall() {
@@ -29,14 +29,14 @@ class Wall {
     void add(const Light& added, const glm::dvec3& at, const glm::dvec3& forward = {0, 0, -1}) {
         const glm::dvec3 up = std::abs(forward.y) > 0.9 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
         glm::dmat4 placement = *lookAlong(at, forward, up);
-        // The node is scaled, which must have no effect on its light.
+        // The node's scale must not affect its light.
         for (int axis = 0; axis < 3; ++axis)
             placement[axis] *= 3.0;
         builder_.light(added, placement);
     }
 
-    /// Returns the colours of a 65x65 picture, row by row, that come from the lights alone: the
-    /// picture minus one with the lights at 0, which shows only the environment.
+    /// Returns the row-major colours of a 65x65 picture that come from the lights alone: the
+    /// difference from a picture with all intensities at 0, which shows only the environment.
     std::vector<glm::dvec3> seen() {
         std::vector<glm::dvec3> bright = colors();
         std::vector<double> intensities;
@@ -53,7 +53,7 @@ class Wall {
     }
     glm::dvec3 atCenter() { return seen()[32 * 65 + 32]; }
 
-    /// Returns the point where a pixel's ray hits the wall.
+    /// Returns the point where the ray of a pixel hits the wall.
     static glm::dvec3 point(int x, int y) {
         return {4 * 0.5 * ((x + 0.5) / 65 * 2 - 1), 4 * 0.5 * (1 - (y + 0.5) / 65 * 2), -4};
     }
@@ -84,7 +84,7 @@ double brdf(const glm::dvec3& l, const glm::dvec3& v) {
 }
 
 /// Compares every eighth pixel with `irradiance` (at perpendicular incidence) times cosine and
-/// BRDF; `toward` returns the direction from a point to the light.
+/// BRDF. `toward` returns the direction from a point to the light.
 void expectLight(Wall& wall, const std::function<glm::dvec3(const glm::dvec3&)>& toward,
                  const std::function<double(const glm::dvec3&)>& irradiance) {
     const auto seen = wall.seen();
@@ -105,7 +105,8 @@ void expectLight(Wall& wall, const std::function<glm::dvec3(const glm::dvec3&)>&
 TEST(Lights, OneLuxOnWhiteIsOneOverPi) {
     Wall wall;
     wall.add(lightOf(kDirectional, 1), {5, 6, 7});
-    // White reflects 0.96 of the light diffusely and, being rough, 0.04 / 4 straight back.
+    // Rough white reflects 0.96 of the light diffusely, and 0.04 / 4 of it straight back by
+    // specular reflection.
     EXPECT_NEAR(wall.atCenter().g, (0.96 + 0.04 / 4) / std::numbers::pi, 1e-6);
 }
 
@@ -226,8 +227,8 @@ TEST(Lights, ThereMayBeHundreds) {
 }
 
 TEST(Lights, OfAnyStrengthLeaveEmissionAlone) {
-    // A black metal reflects 0 times the light, straight back; the light must not be infinite, or
-    // this would be NaN.
+    // The reflection of a black metal is 0 times the light. The light must not be infinite, because
+    // the product would be NaN.
     SceneBuilder builder;
     const int metal = builder.lit(builder.material({0, 0, 0, 1}, AlphaMode::kOpaque));
     Material& material = builder.scene().materials[static_cast<std::size_t>(metal)];

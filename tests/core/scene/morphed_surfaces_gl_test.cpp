@@ -9,8 +9,8 @@
 namespace peeler::test {
 namespace {
 
-/// Returns a wall of the colour (1, 0, 1), which a morph target changes to (0, 1, 1). The target
-/// also shifts its texture from a white to a yellow texel.
+/// Returns a wall of colour (1, 0, 1). A morph target changes the colour to (0, 1, 1), and shifts
+/// the texture from a white to a yellow texel.
 Scene wall(AlphaMode mode = AlphaMode::kOpaque) {
     SceneBuilder builder;
     builder.rectangle(1, 1, -2, builder.material({1, 1, 1, 1}, mode));
@@ -52,12 +52,12 @@ TEST(MorphedSurfaces, HaveDisplacedColorsAndTexcoords) {
     };
     EXPECT_EQ(shown(0), glm::vec4(1, 0, 1, 1));
     EXPECT_EQ(shown(1), glm::vec4(0, 1, 0, 1));  // the target's colour on the yellow texel
-    // The colour is clamped, and the texture repeats, which gives the white texel again.
+    // The colour is clamped. The texture repeats, which gives the white texel again.
     EXPECT_EQ(shown(2), glm::vec4(0, 1, 1, 1));
     EXPECT_EQ(shown(0.25), glm::vec4(0.75F, 0.25F, 1, 1));
 }
 
-/// Returns the values of all channels at the first hit, or nothing without a hit.
+/// Returns the values of all channels at the first hit; none without a hit.
 std::vector<float> firstHit(const std::string& engine, const PosedScene& posed) {
     CaptureSettings settings = floats();
     settings.hit_mode = HitMode::kRefined;

@@ -47,7 +47,7 @@ TEST(Pose, ChangesOnePropertyAndLeavesTheOthers) {
     const int first[] = {0}, both[] = {0, 1};
     EXPECT_EQ(restPose(scene).locals[0], node.local);
     EXPECT_EQ(poseAt(scene, {}, 0.5).locals[0], node.local);
-    // The node's X axis maps to the world's Y, twice as long.
+    // The node's X axis maps to the world's Y axis, with a scale of 2.
     const glm::dmat4 moved = poseAt(scene, first, 0.5).locals[0];
     expectNear(glm::dvec3(moved * glm::dvec4(1, 0, 0, 1)), {4, 2, 2}, 1e-12);
     const glm::dmat4 grown = poseAt(scene, both, 0.5).locals[0];
@@ -65,16 +65,16 @@ TEST(Pose, TheLaterAnimationCounts) {
 }
 
 TEST(Trs, IsTranslationTimesRotationTimesScale) {
-    // The rotation is half a turn, by a quaternion that is not of length 1.
+    // A rotation by half a turn, as a quaternion whose length is not 1.
     const Trs trs{{1, 2, 3}, glm::dquat(0, 0, 0, 2), {4, 5, 6}};
     expectNear(glm::dvec3(trs.matrix() * glm::dvec4(1, 1, 1, 1)), {1 - 4, 2 - 5, 3 + 6}, 1e-12);
     const Trs none{{0, 0, 0}, glm::dquat(0, 0, 0, 0), {1, 1, 1}};
     EXPECT_EQ(none.matrix(), glm::dmat4(1));
 }
 
-/// A strip of vertices along Y from 0 to 2 with normals +X, moved by two bones: one at the origin
-/// and its child at (0, 1, 0). Vertices below y = 1 follow the first bone, those above the second,
-/// and the one at 1 both.
+/// A strip of vertices along Y from 0 to 2 with normals +X, moved by two bones: one at the origin,
+/// and its child at (0, 1, 0). Vertices below y = 1 follow the first bone, vertices above follow
+/// the second, and the vertex at 1 follows both.
 struct Arm {
     Scene scene;
 
@@ -96,7 +96,7 @@ struct Arm {
         skin.joints = {1, 2};
         skin.inverse_bind = {glm::dmat4(1), glm::translate(glm::dmat4(1), glm::dvec3(0, -1, 0))};
         scene.skins = {skin};
-        // The mesh's node is far away, which must have no effect on a skinned mesh.
+        // The mesh's node is far away, which must not affect a skinned mesh.
         Node mesh = nodeAt({1e6, -7, 3});
         mesh.mesh = mesh.skin = 0;
         Node root = nodeAt({0, 0, 0}, {2});
@@ -104,7 +104,7 @@ struct Arm {
         root.trs.reset();
         scene.nodes = {mesh, root, nodeAt({0, 1, 0})};
         scene.scenes = {{"", {0, 1}}};
-        // The second bone bends by a right angle about Z, which turns up into −X.
+        // The second bone turns by a right angle about Z, which rotates up to −X.
         const float h = std::sqrt(0.5F);
         scene.animations = {moving(2, AnimatedProperty::kRotation, {0, 0, 0, 1}, {0, 0, h, h})};
     }
@@ -137,7 +137,7 @@ TEST(Skin, BendsByARightAngle) {
         expectNear(bent.normals[i], {1, 0, 0});
         expectNear(bent.tangents[i], {0, 1, 0});
     }
-    // The vertex (0.5, 1 + a) is rotated about (0, 1), to a along −X and 0.5 up.
+    // The rotation about (0, 1) moves the vertex (0.5, 1 + a) to (−a, 1.5).
     for (std::size_t i = 11; i <= 20; ++i) {
         const double along = static_cast<double>(i) / 10 - 1;
         expectNear(worldPosition(shown, i), {-along, 1.5, 0});
@@ -169,7 +169,7 @@ TEST(Skin, TurnsNormalsWithTheInverseTransposeAndMirrors) {
 }
 
 TEST(Skin, IsMirroredByTheJointsThatMoveIt) {
-    // The first joint is mirrored. The second, which all vertices follow after the change, is not.
+    // The first joint is mirrored. The second is not, and all vertices follow it after the change.
     Arm arm;
     arm.scene.skins[0].inverse_bind[0] = glm::scale(glm::dmat4(1), glm::dvec3(-1, 1, 1));
     Primitive& strip = arm.scene.meshes[0].primitives[0];
@@ -187,14 +187,14 @@ TEST(Skin, IsMirroredByTheJointsThatMoveIt) {
 TEST(Skin, TakesAllJointSetsAndScalesWeights) {
     Arm arm;
     Primitive& strip = arm.scene.meshes[0].primitives[0];
-    // Two joint sets give the same weights together: a third is in the first set, two thirds in the
-    // second, and their total is 30.
+    // Two joint sets that together give the same weights: the first set has a third of them, the
+    // second two thirds, and their sum is 30 instead of 1.
     JointSet second = strip.joint_sets[0];
     for (auto& weights : strip.joint_sets[0].weights)
         weights *= 10;
     for (std::size_t i = 0; i < second.weights.size(); ++i) {
         second.weights[i] = 20.0F * glm::vec4(0, 0, second.weights[i].y, second.weights[i].x);
-        // The first two joints have no weight, so joint 7 need not exist.
+        // The first two joints have weight 0, so joint 7 need not exist.
         second.joints[i] = {7, 7, 1, 0};
     }
     strip.joint_sets.push_back(second);
@@ -257,7 +257,7 @@ TEST(MorphTargets, ActBeforeTheSkin) {
     Primitive& strip = arm.scene.meshes[0].primitives[0];
     strip.targets = {{std::vector<glm::vec3>(strip.positions.size(), {0.5F, 0, 0}), {}, {}}};
     arm.scene.meshes[0].weights = {1};
-    // The target moves the vertex from (0.5, 2) to (1, 2), then the skin rotates it by a right
+    // The target moves the vertex from (0.5, 2) to (1, 2). Then the skin rotates it by a right
     // angle about (0, 1).
     expectNear(worldPosition(arm.at(1), 20), {-1, 2, 0});
 }

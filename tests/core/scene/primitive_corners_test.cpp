@@ -47,7 +47,7 @@ TEST(PrimitiveCorners, GoThroughTheIndices) {
 }
 
 TEST(RecentElements, AreTheElementsOfTheirKeys) {
-    // There are more triangles than the cache holds, so that many replace others.
+    // More triangles than the cache holds, so that many are replaced.
     Scene scene;
     scene.materials.resize(1);
     Primitive& primitive = scene.meshes.emplace_back().primitives.emplace_back();

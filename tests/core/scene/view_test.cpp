@@ -57,7 +57,7 @@ TEST(WorldPosition, LiesOnTheRayOfThePixel) {
     view.height = 20;
     view.projection.half_width = 2;
     view.projection.half_height = 1;
-    // The camera at (10, 20, 30) looks along the world's +X; its own +X is the world's +Z.
+    // The camera is at (10, 20, 30) and looks along the world's +X; its own +X is the world's +Z.
     view.camera_to_world = {{0, 0, 1, 0}, {0, 1, 0, 0}, {-1, 0, 0, 0}, {10, 20, 30, 1}};
     const auto expectPoint = [&](double x, double y, double z, const glm::dvec3& expected) {
         const glm::dvec3 point = worldPosition(view, x, y, z);
@@ -71,8 +71,8 @@ TEST(WorldPosition, LiesOnTheRayOfThePixel) {
     expectPoint(40, 0, 5, {15, 21, 32});
 }
 
-/// Returns each point from the pixel that the clip matrix projects it to: worldPosition() is its
-/// inverse.
+/// worldPosition() is the inverse of the clip matrix: it returns each point from its projected
+/// pixel and depth.
 TEST(WorldPosition, InvertsTheClipMatrix) {
     for (const bool perspective : {true, false}) {
         View view;

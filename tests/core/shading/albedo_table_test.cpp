@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compares the albedo table with its integrals, computed in a different way.
+// Compares the albedo table with independently computed integrals.
 #include "core/shading/albedo_table.h"
 
 #include <gtest/gtest.h>
@@ -17,8 +17,8 @@ glm::vec4 entry(const std::vector<glm::vec4>& table, int row, int column) {
     return table[static_cast<std::size_t>(row * kAlbedoTableSize + column)];
 }
 
-/// Integrates the albedo of GGX with Schlick's Fresnel term over the light directions of the
-/// hemisphere.
+/// Returns the albedo of GGX with Schlick's Fresnel term, integrated over the light directions of
+/// the hemisphere.
 double ggxAlbedo(double f0, double roughness, double n_dot_v) {
     const double a2 = std::pow(roughness, 4), v_sine = std::sqrt(1 - n_dot_v * n_dot_v);
     constexpr int kSteps = 300;
@@ -45,7 +45,7 @@ double ggxAlbedo(double f0, double roughness, double n_dot_v) {
 
 TEST(AlbedoTable, IsSchlicksTermForAMirror) {
     const auto table = albedoTable();
-    // Grazing angles are skipped, because the table's minimum roughness is not quite 0.
+    // Skip grazing angles, because the table's minimum roughness is not quite 0.
     for (int column = 6; column <= kLast; ++column) {
         const double cosine = static_cast<double>(column) / kLast;
         EXPECT_NEAR(entry(table, 0, column).y, std::pow(1 - cosine, 5), 1e-3);
@@ -83,7 +83,8 @@ TEST(AlbedoTable, OfSheenGrowsTowardGrazingAngles) {
 }
 
 /// Returns the mean direction of GGX's reflection, integrated over the hemisphere, for a viewer in
-/// the XZ plane on the side of -X: of the part scaled by F0 or, with `bias`, by F90.
+/// the XZ plane on the side of -X. The mean is that of the part scaled by F0 or, with `bias`, by
+/// F90.
 glm::dvec3 meanDirection(bool bias, double roughness, double n_dot_v) {
     const double a2 = std::pow(roughness, 4);
     const glm::dvec3 v(-std::sqrt(1 - n_dot_v * n_dot_v), 0, n_dot_v);
@@ -110,8 +111,8 @@ glm::dvec3 meanDirection(bool bias, double roughness, double n_dot_v) {
     return moment / sum;
 }
 
-/// Returns the mean cosine between the normal and the directions that a prefiltered level of this
-/// roughness averages.
+/// Returns the mean cosine between the normal and the directions that are averaged into a
+/// prefiltered level of this roughness.
 double levelCosine(double roughness) {
     const double a2 = std::pow(roughness, 4);
     constexpr int kSteps = 20000;

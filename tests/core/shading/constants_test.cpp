@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests that embedded constants equal freshly computed ones, bit for bit. Both come from the same
-// object files (peeler_calculating), so neither flags nor unity builds can make a difference; but
+// Tests that embedded constants equal freshly computed ones, bit for bit. Both are computed by the
+// same object files (peeler_calculating), so flags and unity builds make no difference. However,
 // the maths library of a machine other than the build machine could change a last bit.
 #include "core/shading/constants.h"
 

@@ -15,8 +15,8 @@ namespace {
 
 using Light3 = std::function<double(const glm::dvec3&)>;
 
-/// Returns the radiance of an environment that is brighter along +Y, so that a lobe in the wrong
-/// direction or of the wrong width gathers too little or too much light.
+/// Returns the radiance of an environment that is brighter along +Y. A lobe with a wrong direction
+/// or width gathers too little or too much of this light.
 double slope(const glm::dvec3& direction) {
     return 1 + direction.y;
 }
@@ -41,8 +41,8 @@ Environment pictureOf(const Light3& light) {
     return picture;
 }
 
-/// Returns unit normals that lean by `degrees` away from the viewer (+Z): upward, obliquely both
-/// ways, and downward.
+/// Returns unit normals at an angle of `degrees` to the viewer's direction (+Z): leaning upward,
+/// obliquely up and down, and downward.
 std::vector<glm::dvec3> leaningBy(double degrees) {
     std::vector<glm::dvec3> normals;
     const double a = degrees * kPi / 180;
@@ -84,7 +84,7 @@ std::vector<double> seen(const Material& material, const Light3& light,
 }
 
 /// Integrates `lobe` times light over the hemisphere above the normal. `lobe` is BRDF times cosine,
-/// for a direction in the surface's own frame, whose X points to the viewer's side.
+/// for a direction in the tangent frame, whose X points to the viewer's side.
 double integral(const glm::dvec3& n, const std::function<double(const glm::dvec3&)>& lobe,
                 const Light3& light) {
     constexpr int kSteps = 240;
@@ -135,8 +135,8 @@ double reflectedByGgx(double f0, double alpha, const glm::dvec3& n, const Light3
     return integral(n, lobe, light) + albedo * mean * missing / (1 - mean * missing) * around;
 }
 
-// If light is linear in the direction, the result of a lobe depends only on its mean direction and
-// its mean cosine with that direction: the two parameters of the lookup.
+// If light is linear in the direction, a lobe's result depends only on its mean direction and on
+// the mean cosine with that direction. These are the two parameters of the lookup.
 TEST(EnvironmentLobes, OfRoughMetalsLookWhereTheyReflect) {
     Material m;
     m.metallic = 1;

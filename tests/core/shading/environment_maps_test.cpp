@@ -16,8 +16,8 @@
 namespace peeler::test {
 namespace {
 
-/// Returns a picture of `width` x `width / 2` pixels; radiance(u, v) gives the radiance at the
-/// centre of each.
+/// Returns a picture of `width` x `width / 2` pixels. radiance(u, v) gives the radiance at a
+/// pixel's centre.
 Environment environmentOf(int width, const std::function<glm::vec3(float, float)>& radiance) {
     Environment result;
     result.width = width;
@@ -76,14 +76,14 @@ TEST(EnvironmentMaps, HalfWhiteHalfBlackHasTheIrradianceOfAHemisphere) {
     forEachTexel(maps.irradiance, [](glm::vec3 n, glm::vec3 value) {
         ASSERT_NEAR(value.g, 0.5 + 0.5 * double(n.y), 0.01);
     });
-    // A lobe about the horizon covers both halves equally, whatever its width.
+    // A lobe about the horizon covers both halves equally, for any width.
     for (const CubeMap& level : maps.radiance) {
         const auto row = static_cast<std::size_t>(level.size / 2 * level.size);
         const double mean = 0.5 * double(level.texels[row].g + level.texels[row - 1].g);
         EXPECT_NEAR(mean, 0.5, 0.02) << level.size;
     }
-    // The texel straight up, with the roughest lobe, sees only white: its mirrored directions are
-    // distributed as the cosine squared and weighted by the cosine.
+    // The texel straight up sees only white, even with the roughest lobe: its mirrored directions
+    // are distributed as the cosine squared and weighted by the cosine.
     EXPECT_NEAR(maps.radiance.back().texels[2 * 64 + 3 * 8 + 3].g, 1, 0.02);
 }
 
@@ -128,8 +128,8 @@ TEST(EnvironmentMaps, TheLeftOfTheMiddleIsAlongX) {
     EXPECT_GT(glm::dot(brightest(maps.irradiance), glm::vec3(1, 0, 0)), 0.99F);
 }
 
-/// Integrates light that increases toward +X, by brute force, over a GGX lobe seen head-on and
-/// weighted by the cosine.
+/// Integrates light that increases toward +X over a GGX lobe by brute force. The lobe is seen along
+/// the normal and weighted by the cosine.
 double blurredSlope(double roughness, double inclination) {
     const double a2 = std::pow(roughness, 4);
     double sum = 0, weights = 0;
@@ -139,7 +139,7 @@ double blurredSlope(double roughness, double inclination) {
         const double cosine_h = std::cos(theta / 2);
         const double d = cosine_h * cosine_h * (a2 - 1) + 1;
         const double weight = a2 / (d * d) * std::cos(theta) * std::sin(theta);
-        // Averaged around the lobe's axis, only the axial component of a linear function remains.
+        // The average of a linear function around the lobe's axis is its component along the axis.
         sum += weight * (1 + std::cos(theta) * std::sin(inclination));
         weights += weight;
     }
@@ -166,8 +166,8 @@ TEST(EnvironmentMaps, LevelsAreTheConvolutionWithGgx) {
     }
 }
 
-/// Integrates a lamp of radiance 1 within `angle` of the direction `lamp`, by brute force, over a
-/// GGX lobe about `n`, seen head-on and weighted by the cosine.
+/// Integrates a lamp over a GGX lobe about `n` by brute force. The lamp has radiance 1 within
+/// `angle` of the direction `lamp`. The lobe is seen along the normal and weighted by the cosine.
 double blurredLamp(double roughness, const glm::dvec3& n, const glm::dvec3& lamp, double angle) {
     const double a2 = std::pow(roughness, 4), cosine_lamp = glm::dot(n, lamp);
     const double sine_lamp = std::sqrt(std::max(0.0, 1 - cosine_lamp * cosine_lamp));
@@ -190,7 +190,7 @@ double blurredLamp(double roughness, const glm::dvec3& n, const glm::dvec3& lamp
 }
 
 TEST(EnvironmentMaps, ALampIsSeenAlikeAcrossTheEdgesOfFaces) {
-    // The lamps are beside the edge between +X and +Z, and beside a corner of the cube.
+    // Lamps near the edge between +X and +Z, and near a corner of the cube.
     for (const glm::dvec3& where : {glm::dvec3(1, 0.1, 0.97), glm::dvec3(1, 0.93, 1.05)}) {
         const glm::dvec3 lamp = glm::normalize(where);
         const double angle = 0.2;
@@ -249,7 +249,7 @@ TEST(Studio, BringsWhiteCloseToWhite) {
     EXPECT_NEAR(whiteFacing(maps, {0, 0, 1}), 0.77, 0.06);
     // This normal points toward the key light.
     EXPECT_NEAR(whiteFacing(maps, glm::normalize(glm::vec3(-0.67F, 1, 0.74F))), 1.2, 0.05);
-    // The far side and the underside stay darker, so that some shading remains.
+    // The far side and the underside are darker, so that there is some shading.
     EXPECT_NEAR(whiteFacing(maps, {1, 0, 0}), 0.44, 0.05);
     EXPECT_NEAR(whiteFacing(maps, {0, -1, 0}), 0.22, 0.05);
 }
@@ -278,7 +278,7 @@ TEST(Studio, IsTheSameOnOneThread) {
 }
 
 TEST(EnvironmentMaps, LargePicturesKeepTheirMean) {
-    // The picture is larger than the largest cube map, and its size is not a power of 2.
+    // The picture is larger than the largest cube map, and its size is no power of 2.
     const auto maps = prefilter(environmentOf(
         2500, [](float u, float) { return glm::vec3(std::fmod(u * 1250, 1.0F) * 2); }));
     EXPECT_EQ(maps.radiance.front().size, 512);

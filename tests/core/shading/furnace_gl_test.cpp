@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Makes the white furnace test: in a uniform white environment, a white surface is invisible and no
-// surface is brighter than the environment.
+// White furnace tests: in a uniform white environment, a white surface is invisible and no surface
+// is brighter than the environment.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -12,8 +12,7 @@
 namespace peeler::test {
 namespace {
 
-/// Minimum and maximum colour component over all pixels of spheres, one per material, in a white
-/// environment.
+/// Minimum and maximum colour component over all pixels of a sphere in a white environment.
 struct Range {
     float least = 1e9F, greatest = 0;
     int fragments = 0;
@@ -58,8 +57,7 @@ Material white(float metallic, float roughness) {
     return m;
 }
 
-/// Returns white materials, metal and dielectric, of several roughnesses, each modified by
-/// `change`.
+/// Returns white materials, metal and dielectric, with several roughnesses. `change` modifies each.
 std::vector<Material> materials(const std::function<void(Material&, float)>& change) {
     std::vector<Material> all;
     for (const float metallic : {0.0F, 1.0F}) {
@@ -221,8 +219,8 @@ TEST(Environment, LightsASphereLikeTheHemisphereAboveIt) {
 }
 
 TEST(Environment, IsMirroredWhereItIs) {
-    // A mirror that faces the viewer shows what is behind the viewer: the environment along +Z,
-    // then, after rotation, along +X.
+    // A mirror that faces the viewer shows the environment behind the viewer: first along +Z, then,
+    // after rotation, along +X.
     SceneBuilder builder;
     const int index = builder.lit(builder.material({1, 1, 1, 1}, AlphaMode::kOpaque));
     Material& mirror = builder.scene().materials[static_cast<std::size_t>(index)];
@@ -232,7 +230,7 @@ TEST(Environment, IsMirroredWhereItIs) {
     Environment columns;
     columns.width = 4;
     columns.height = 2;
-    // The direction +Z is the middle of the picture, between the second and the third column.
+    // +Z is the middle of the picture, between the second and the third column.
     for (int row = 0; row < 2; ++row)
         for (const glm::vec3& rgb : {glm::vec3(1, 0, 0), {0, 1, 0}, {0, 1, 0}, {0, 0, 1}})
             columns.radiance.push_back(rgb);
@@ -243,7 +241,7 @@ TEST(Environment, IsMirroredWhereItIs) {
     };
     EXPECT_GT(middle(0).g, 0.95F);
     EXPECT_LT(middle(0).r + middle(0).b, 0.05F);
-    // Rotation brings the former −X there, right of the middle (u = 0.75), between green and blue.
+    // Rotation moves the former −X to +Z. It is at u = 0.75, between green and blue.
     EXPECT_NEAR(middle(90).g, middle(90).b, 0.02F);
     EXPECT_NEAR(middle(-90).g, middle(-90).r, 0.02F);
     EXPECT_LT(middle(180).g, 0.05F);

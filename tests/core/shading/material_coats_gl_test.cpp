@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compares layers over a surface with the formulas for their reflection and attenuation: clearcoat
+// Compares coatings with the formulas for their reflection and attenuation: clearcoat
 // (KHR_materials_clearcoat), fibres (sheen) and thin films (iridescence).
 #include <gtest/gtest.h>
 
@@ -48,7 +48,7 @@ TEST(Clearcoat, HasANormalOfItsOwn) {
     wall.scene().materials.back().clearcoat.normal_texture.image = 0;
     EXPECT_GT(wall.radiance(60).g, 20 * wall.radiance(0).g);
     EXPECT_GT(wall.radiance(60).g, 20 * wall.radiance(-60).g);
-    // The surface's own normal map has no effect on the clearcoat.
+    // The normal map of the surface does not affect the clearcoat.
     wall.scene().materials.back().clearcoat.normal_texture.image = -1;
     wall.scene().materials.back().normal_texture.image = 0;
     EXPECT_GT(wall.radiance(0).g, 20 * wall.radiance(60).g);
@@ -110,7 +110,7 @@ double airy(double film, double base, double thickness, double wavelength) {
 
 TEST(Iridescence, IsTheInterferenceOfAThinFilm) {
     // Green is near 540 nm, red near 610 nm and blue near 450 nm. Each is a band: for films of
-    // moderate thickness, the colour is the integral over it.
+    // moderate thickness, the colour is the integral over the band.
     const auto band = [](double film, double base, double thickness, double middle) {
         double sum = 0, weights = 0;
         for (double w = middle - 60; w <= middle + 60; w += 2) {

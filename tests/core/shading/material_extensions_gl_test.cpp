@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests the KHR_materials extensions that change the surface itself, each against its formulas and
-// all at once, in the light of one lamp and a black environment.
+// Tests the KHR_materials extensions that change the surface itself, in the light of one lamp and a
+// black environment: each against its formulas, and all at once.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -23,7 +23,7 @@ TEST(Ior, GivesTheReflectanceAtNormalIncidence) {
             EXPECT_NEAR(LitWall(m).radiance(degrees).g, lobe(f0, 1, 1, degrees), 1e-6) << ior;
     }
     Material mirror = black();
-    mirror.ior = 0;  // stands for an infinite index
+    mirror.ior = 0;  // 0 means an infinite index
     EXPECT_NEAR(LitWall(mirror).radiance(0).g, lobe(1, 1, 1, 0), 1e-6);
 }
 
@@ -45,7 +45,7 @@ TEST(Specular, LeavesDiffuseLightItsColour) {
     m.base_color = {1, 1, 1, 1};
     m.specular.color = {5, 0, 0};
     const glm::dvec3 seen = LitWall(m).radiance(0);
-    // Diffuse light is what the strongest specular component, red, leaves.
+    // The diffuse share is 1 minus the strongest specular component, red.
     EXPECT_NEAR(seen.g, (1 - 0.2) / kPi, 1e-6);
     EXPECT_NEAR(seen.b, seen.g, 1e-7);
 }
@@ -69,15 +69,15 @@ TEST(EmissiveStrength, GoesBeyondOne) {
     EXPECT_NEAR(seen.b, 60000, 0.1);
 }
 
-/// Returns the GGX BRDF with different roughnesses along X and Y (KHR_materials_anisotropy), viewed
-/// along the normal, times the cosine.
+/// Returns the GGX BRDF times the cosine, with different roughnesses along X and Y
+/// (KHR_materials_anisotropy), viewed along the normal.
 double stretchedGgx(double at, double ab, double degrees, double azimuth) {
     const double a = degrees * kPi / 180, b = azimuth * kPi / 180;
     const glm::dvec3 l(std::sin(a) * std::cos(b), std::sin(a) * std::sin(b), std::cos(a));
     const glm::dvec3 h = glm::normalize(l + glm::dvec3(0, 0, 1));
     const double e = h.x * h.x / (at * at) + h.y * h.y / (ab * ab) + h.z * h.z;
     const double d = 1 / (kPi * at * ab * e * e);
-    // This is Smith's height-correlated term, with the roughness along each direction.
+    // Smith's height-correlated term, with the roughness along each direction.
     const double lambda_l =
         0.5 * (std::sqrt(1 + (at * at * l.x * l.x + ab * ab * l.y * l.y) / (l.z * l.z)) - 1);
     return d / (1 + lambda_l) / (4 * l.z) * l.z;
@@ -93,7 +93,7 @@ TEST(Anisotropy, StretchesHighlightsAlongTheTangent) {
             EXPECT_NEAR(wall.radiance(degrees, azimuth).g, stretchedGgx(at, ab, degrees, azimuth),
                         1e-4)
                 << degrees << ", " << azimuth;
-    // The material is rotated by a quarter turn.
+    // A quarter turn of the material.
     wall.scene().materials.back().anisotropy.rotation = static_cast<float>(kPi / 2);
     EXPECT_NEAR(wall.radiance(25, 90).g, stretchedGgx(at, ab, 25, 0), 1e-4);
 }
@@ -102,7 +102,7 @@ TEST(Anisotropy, FollowsItsTextureWithOrWithoutTangents) {
     Material m = whiteMetal(0.5F);
     m.anisotropy.strength = 1;
     LitWall wall(m);
-    // The texture's direction is the bitangent, which is up; its strength is 0.6.
+    // The texture's direction is the bitangent (up), and its strength is 0.6.
     wall.scene().images.push_back({"up", 1, 1, {128, 255, 153, 255}});
     wall.scene().materials.back().anisotropy.texture.image = 0;
     const double ab = 0.25, at = ab + (1 - ab) * 0.36;
@@ -120,8 +120,8 @@ TEST(Anisotropy, FollowsItsTextureWithOrWithoutTangents) {
     const double none = wall.radiance(40, 90).g;
     wall.scene().materials.back().anisotropy = {};
     EXPECT_NEAR(none, wall.radiance(40, 90).g, 1e-6);
-    // Without texture coordinates the direction is undefined, so the result is also that without
-    // the extension.
+    // Without texture coordinates the direction is undefined, so the lobe is also that without the
+    // extension.
     wall.scene().materials.back().anisotropy.strength = 1;
     wall.scene().meshes[0].primitives[0].texcoords[0].clear();
     EXPECT_NEAR(none, wall.radiance(40, 90).g, 1e-6);
@@ -141,14 +141,14 @@ TEST(Anisotropy, TurnsWithTheTransformOfItsTexture) {
     wall.scene().images.push_back({"flat", 1, 1, {128, 128, 255, 255}});
     material.anisotropy.texture.image = 0;
     material.anisotropy.texture.transform = turn;
-    // The mesh's own tangents are used as they are, whatever the texture's transform.
+    // The mesh's own tangents are used unchanged, for any texture transform.
     EXPECT_NEAR(wall.radiance(40, 0).g, stretchedGgx(at, ab, 40, 0), 2e-3);
     mesh.tangents.clear();
     for (const double azimuth : {-35.0, 0.0, 55.0})
         EXPECT_NEAR(wall.radiance(40, azimuth).g, stretchedGgx(at, ab, 40, azimuth + 35), 2e-3)
             << azimuth;
-    // If there is a normal texture, its coordinates define the tangents. Its texel 128 is not
-    // exactly flat; hence the tolerance.
+    // The coordinates of a normal texture define the tangents. Its texel 128 is not exactly flat;
+    // hence the tolerance.
     material.normal_texture.image = 1;
     EXPECT_NEAR(wall.radiance(40, 0).g, stretchedGgx(at, ab, 40, 0), 5e-3);
     material.normal_texture.transform = turn;
@@ -231,7 +231,7 @@ TEST(MaterialExtensions, FitTheDeviceAllAtOnce) {
 }
 
 TEST(MaterialExtensions, AreScaledByTheirTextures) {
-    // Every texture is a single colour, so that factors with the same products must give the same
+    // Every texture is a single colour, so factors with the same products must give the same
     // picture.
     const auto picture = [](bool textured) {
         Material m = black(0.5F);

@@ -13,7 +13,8 @@ namespace peeler::test {
 namespace {
 
 /// Returns a 2x2 quad at z = -2 that faces the camera, with UVs and, optionally, normals and
-/// tangents. If `mapped`, a normal map leans to +X; otherwise the normals themselves do.
+/// tangents. If `mapped`, a normal map tilts the normals toward +X; otherwise the vertex normals
+/// are tilted.
 Scene leaningQuad(bool mapped, bool normals, bool tangents) {
     SceneBuilder builder;
     Scene& scene = builder.scene();
@@ -38,8 +39,8 @@ Scene leaningQuad(bool mapped, bool normals, bool tangents) {
 }
 
 TEST(Shading, NormalMapsTurnWithTheSurface) {
-    // Whether the surface is rotated, mirrored or scaled, a normal map must look like the geometry
-    // that it represents.
+    // On rotated, mirrored and scaled surfaces, too, a normal map must look like the geometry that
+    // it represents.
     const auto scaled = [](double x, double y, double z, double back) {
         glm::dmat4 m(1);
         m[0][0] = x, m[1][1] = y, m[2][2] = z, m[3][2] = back;
@@ -92,7 +93,7 @@ glm::mat3 turnedAndScaled(double degrees, double u, double v) {
     return glm::mat3(glm::dmat3(c * u, -s * u, 0, s * v, c * v, 0, 0.25, 0.5, 1));
 }
 
-/// Uses of a leaning normal map: for the surface and for its clearcoat.
+/// The same tilted normal map, for the surface and for its clearcoat.
 using MapOf = std::function<TextureRef&(Material&)>;
 const std::pair<const char*, MapOf> kNormalMaps[] = {
     {"normal texture", [](Material& m) -> TextureRef& { return m.normal_texture; }},
@@ -124,7 +125,7 @@ TEST(Shading, NormalMapsTurnWithTheirTextures) {
             const glm::vec4 expected = middle(in_mesh);
             EXPECT_GT(glm::distance(expected, as_it_is), 0.02F * glm::length(glm::vec3(as_it_is)));
             expectAlike(middle(turned), expected);
-            // The mesh's own tangents are used as they are, whatever the texture's transform.
+            // The mesh's own tangents are used unchanged, for any texture transform.
             turned.meshes[0].primitives[0].tangents.assign(6, {1, 0, 0, 1});
             expectAlike(middle(turned), as_it_is);
         }
@@ -132,7 +133,7 @@ TEST(Shading, NormalMapsTurnWithTheirTextures) {
 }
 
 TEST(Shading, ATurnedNormalMapLeansAsFarTheOtherWay) {
-    // U' = cos U + sin V, and U and V are along +X and −Y. If the map rotates by an angle, its lean
+    // U' = cos U + sin V, and U and V are along +X and −Y. If the map rotates by an angle, its tilt
     // rotates by the opposite angle about the surface's normal.
     const glm::vec3 texel = glm::vec3(218, 150, 200) / 255.0F * 2.0F - 1.0F;
     for (const double degrees : {0.0, 90.0, 180.0, -50.0}) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests midpoint shadow maps in scenes whose lit region follows from the geometry.
+// Tests midpoint shadow maps in scenes with analytic shadows.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -25,8 +25,8 @@ CaptureSettings withShadows(int size) {
     return s;
 }
 
-/// Renders of one view with shadows, without them, and without light. Every fragment with shadows
-/// should have the colour without them (lit), the colour without light (in shadow), or one in
+/// Renders of one view with shadows, without shadows, and without light. A fragment with shadows
+/// must have the colour without shadows (lit), the colour without light (in shadow), or one in
 /// between.
 struct Exposures {
     LayeredImage shadowed, lit, dark;
@@ -64,8 +64,8 @@ void forEach(const Exposures& seen, const View& view,
         }
 }
 
-/// Returns a wall of half extents (4, 4) at z = −4 and in front of it, at `z`, a square of half
-/// extent 0.3.
+/// Returns a wall of half extents (4, 4) at z = −4, and a square of half extent 0.3 in front of it,
+/// at `z`.
 SceneBuilder wallAndSquare(float z, AlphaMode mode, float alpha = 1) {
     SceneBuilder builder;
     const int white = builder.lit(builder.material({1, 1, 1, 1}, AlphaMode::kOpaque));
@@ -75,7 +75,7 @@ SceneBuilder wallAndSquare(float z, AlphaMode mode, float alpha = 1) {
 }
 
 /// Expects the wall to be in shadow inside the rectangle and lit outside; within `tolerance` of the
-/// rectangle's edge it may be either. The square itself must be lit.
+/// rectangle's edge, either is allowed. The square itself must be lit.
 void expectShadow(const Scene& scene, int size, const glm::dvec2& low, const glm::dvec2& high,
                   double tolerance) {
     const View view = testView(255, 255);
@@ -107,7 +107,7 @@ void expectShadow(const Scene& scene, int size, const glm::dvec2& low, const glm
 
 TEST(Shadows, OfADirectionalLightLieWhereTheRaysEnd) {
     SceneBuilder builder = wallAndSquare(-3, AlphaMode::kOpaque);
-    // Between the square and the wall, the light's rays shift by (0.5, −0.25).
+    // From the square to the wall, the light's rays shift by (0.5, −0.25).
     builder.light(lightOf(LightType::kDirectional, 2),
                   *lookAlong({7, 8, 9}, {0.5, -0.25, -1}, {0, 1, 0}));
     // A texel of the map covers 8 · 1.01 / 512 of the wall, or slightly more at an angle.
@@ -119,10 +119,10 @@ TEST(Shadows, OfASpotLightLieWhereTheRaysEnd) {
     Light spot = lightOf(LightType::kSpot, 50);
     spot.inner_cone = 0.9;  // lights the whole picture fully
     spot.outer_cone = 1;
-    // The light at (0.3, 0.2, 0) projects the square to a shadow of twice its size.
+    // The light at (0.3, 0.2, 0) casts a shadow of twice the square's size.
     builder.light(spot, *lookAlong({0.3, 0.2, 0}, {0, 0, -1}, {1, 2, 0}));
-    // A texel of the map, which is rotated relative to the wall, covers 2 · 4 · tan(1) · 1.01 /
-    // 1024 of it.
+    // A texel of the map covers 2 · 4 · tan(1) · 1.01 / 1024 of the wall, and is rotated relative
+    // to it.
     expectShadow(builder.scene(), 1024, {-0.9, -0.8}, {0.3, 0.4}, 0.025);
 }
 
@@ -138,7 +138,7 @@ TEST(Shadows, AreCastThroughTheHolesOfMasksAndByBothFaces) {
     builder.light(lightOf(LightType::kDirectional, 2),
                   *lookAlong({0, 0, 0}, {0.5, 0, -1}, {0, 1, 0}));
     expectShadow(builder.scene(), 512, {0.5, -0.3}, {0.8, 0.3}, 0.025);
-    std::reverse(square.positions.begin(), square.positions.end());  // now it faces the wall
+    std::reverse(square.positions.begin(), square.positions.end());  // now faces the wall
     std::reverse(square.colors.begin(), square.colors.end());
     leaf.double_sided = false;
     const View view = testView(64, 64);
@@ -177,8 +177,8 @@ TEST(Shadows, SurfacesThatCoincideAreLit) {
     SceneBuilder builder = wallAndSquare(-3, AlphaMode::kOpaque);
     const int white = builder.scene().meshes[0].primitives[0].material;
     builder.rectangle(4, 4, -4, white);
-    // A second square coincides with the first but is split along the other diagonal, so its depths
-    // differ by rounding.
+    // A second square coincides with the first but has the other diagonal, so its depths differ by
+    // rounding.
     builder.quad({0.3, -0.3, -3}, {0.3, 0.3, -3}, {-0.3, 0.3, -3}, {-0.3, -0.3, -3}, white);
     builder.light(lightOf(LightType::kDirectional, 2),
                   *lookAlong({7, 8, 9}, {0.5, -0.25, -1}, {0, 1, 0}));
@@ -214,8 +214,8 @@ TEST(Shadows, AreFreeOfAcneWithoutABias) {
         const Exposures seen(builder.scene(), view, 2048);
         std::size_t facing = 0, away = 0, wrong = 0;
         forEach(seen, view, [&](std::size_t f, const glm::dvec3& p) {
-            // The nearest fragment is on the outside if that faces the light, and lit; beyond the
-            // shadow's edge it is in shadow.
+            // If the nearest fragment faces the light, it is lit; if it faces away, it is in
+            // shadow.
             const double cosine = -glm::dot(p - glm::dvec3(0, 0, -3), glm::normalize(forward));
             if (cosine > 0.05) {
                 ++facing;
@@ -238,7 +238,7 @@ TEST(Shadows, TheBuiltInLightCastsThem) {
     const auto shadowed = capture(builder.scene(), view, s).image;
     s.shadows = false;
     const auto lit = capture(builder.scene(), view, s).image;
-    // Between the square at z = −3 and the wall, the key light shifts by (0.918, −1.606).
+    // From the square at z = −3 to the wall, the key light's rays shift by (0.918, −1.606).
     std::size_t dark = 0, wrong = 0;
     for (int y = 0; y < view.height; ++y)
         for (int x = 0; x < view.width; ++x) {

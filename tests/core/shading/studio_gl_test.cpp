@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests pictures in the studio environment, whose embedded maps must equal freshly prefiltered
-// ones.
+// Tests pictures in the studio environment: its embedded maps must equal freshly prefiltered ones.
 #include <gtest/gtest.h>
 
 #include "core/shading/constants.h"

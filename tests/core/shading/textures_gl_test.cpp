@@ -13,8 +13,8 @@ constexpr int kRepeat = 10497, kClamp = 33071, kMirror = 33648;
 constexpr int kNearest = 9728, kLinear = 9729;
 constexpr int kSize = 4, kPixels = 60;
 
-/// Returns a component of a 4x4 texture whose texels all differ in red and green. Stored values are
-/// linear, from black to 60%.
+/// Returns a component of a texel of a 4x4 texture. All texels differ in red and green. Stored
+/// values are linear, from black to 60%.
 std::uint8_t stored(int x, int y, int channel) {
     return static_cast<std::uint8_t>(channel == 0 ? 40 * x + 10 * y : 45 * y + 5 * x);
 }
@@ -44,7 +44,7 @@ double sampled(const glm::dvec2& uv, int channel, const Sampler& s) {
 }
 
 /// A square that fills the view. Its first UV set runs from −1.03 to 1.97, its second in the
-/// opposite direction. The texture is either emissive, hence sRGB, or occlusion, hence linear.
+/// opposite direction. The texture is emissive (sRGB) or occlusion (linear).
 class Square {
   public:
     Square() {
@@ -71,8 +71,8 @@ class Square {
     Material& material() { return scene().materials.back(); }
     TextureRef& texture() { return material().occlusion_texture; }
 
-    /// Compares every pixel away from texel edges with the formula for its UV; returns the number
-    /// of pixels compared.
+    /// Compares every pixel that is not near a texel edge with the formula for its UV. Returns the
+    /// number of compared pixels.
     int check(const glm::dmat3& transform = glm::dmat3(1), bool second = false) {
         CaptureSettings s;
         s.color_type = PixelType::kFloat;
@@ -148,8 +148,7 @@ TEST(Textures, UseTheSecondUvSet) {
 }
 
 TEST(Textures, OfOneMaterialHaveEachTheirOwnSet) {
-    // The same image is used twice: for occlusion with the first UV set and for emission with the
-    // second.
+    // Two textures share an image: occlusion with the first UV set, and emission with the second.
     Square square;
     square.texture().sampler = {kNearest, kNearest, kClamp, kClamp};
     const int alone = square.check();
@@ -180,7 +179,7 @@ TEST(Textures, OfOneMaterialHaveEachTheirOwnSet) {
 }
 
 TEST(Textures, ShrunkenAreFilteredOrNotAsTheirSamplersSay) {
-    // At 15 texels per pixel, mipmaps give the mean; without them, single texels show.
+    // At 15 texels per pixel, mipmaps give the mean; without mipmaps, single texels are visible.
     const auto deviation = [](int min_filter) {
         Square square;
         square.texture().sampler = {kNearest, min_filter, kRepeat, kRepeat};

@@ -14,7 +14,7 @@
 namespace peeler::test {
 namespace {
 
-/// A pane at z = −2 and a red wall behind it at −3, both filling the view.
+/// A pane at z = −2 and a red wall behind it at −3. Both fill the view.
 class Pane {
   public:
     explicit Pane(const glm::vec4& rgba, float transmission, AlphaMode mode = AlphaMode::kOpaque) {
@@ -36,7 +36,7 @@ class Pane {
         s.shading = shading;
         return capture(scene(), testView(5, 5), s).image;
     }
-    /// Returns the colour of the middle pixel's nearest layer.
+    /// Returns the colour of the nearest layer in the middle pixel.
     glm::vec4 front(Shading shading = Shading::kPbr) {
         const LayeredImage image = seen(Surfaces::kAll, shading);
         const std::size_t middle = image.pixelIndex(2, 2);
@@ -66,8 +66,8 @@ TEST(Transmission, OfColouredGlassIsAsMuchAsItsColourLetsPass) {
 }
 
 TEST(Transmission, LeavesReflectionsAtFullStrength) {
-    // With light from all directions, the pane shows its specular reflection and the diffuse
-    // remainder.
+    // With light from all directions, the pane shows its specular reflection and the rest of the
+    // diffuse light.
     Pane clear({1, 1, 1, 1}, 1), half({1, 1, 1, 1}, 0.5F), none({1, 1, 1, 1}, 0);
     for (Pane* pane : {&clear, &half, &none}) {
         pane->material().roughness = 0;
@@ -141,7 +141,7 @@ TEST(Transmission, CastsNoShadow) {
                           builder.lit(builder.material({1, 1, 1, 1}, AlphaMode::kOpaque)));
         const int glass = builder.material({1, 1, 1, 1}, AlphaMode::kOpaque);
         builder.scene().materials.back().transmission.factor = transmission;
-        // The glass is between the lamp, which is above, and the wall, but outside the view.
+        // The glass is between the lamp above and the wall, but outside the view.
         builder.quad({-2, 1.2F, -3.5F}, {2, 1.2F, -3.5F}, {2, 1.2F, -1}, {-2, 1.2F, -1}, glass);
         Light sun;
         sun.intensity = 3;

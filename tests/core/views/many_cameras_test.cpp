@@ -91,15 +91,15 @@ TEST(ManyCameras, ChanceHasASeed) {
     other.seed = 1;
     EXPECT_EQ(around(asked).back().pose, around(asked).back().pose);
     EXPECT_NE(around(asked).back().pose, around(other).back().pose);
-    // The C++ standard defines mt19937_64 exactly, so the first value for seed 0 is the same
-    // everywhere.
+    // The C++ standard defines mt19937_64 exactly, so the first value for seed 0 is the same on all
+    // platforms.
     EXPECT_NEAR(((*around(asked).front().pose)[3].y - kMiddle.y) /
                     glm::distance(glm::dvec3((*around(asked).front().pose)[3]), kMiddle),
                 2 * (2947667278772165694ULL >> 11U) * 0x1p-53 - 1, 1e-12);
 }
 
 TEST(ManyCameras, SidesAreAllSeenAlike) {
-    // The mean direction is 0 over a sphere and (0, 1/2, 0) over its upper half.
+    // The mean direction is 0 over a sphere, and (0, 1/2, 0) over its upper half.
     for (const auto& [place, mean] :
          {std::pair{Around::kSphere, 0.0}, {Around::kHemisphere, 0.5}}) {
         glm::dvec3 sum(0);

@@ -122,8 +122,8 @@ TEST(Reprojection, BetweenPixelsColoursAreBilinear) {
 }
 
 TEST(Reprojection, WhatWasHiddenComesOutFromBehind) {
-    // A square at distance 2 hides part of a wall at distance 4. The camera's move is 4 pixels at
-    // distance 2 and 2 pixels at distance 4.
+    // A square at distance 2 hides part of a wall at distance 4. The camera moves by 4 pixels at
+    // distance 2, which is 2 pixels at distance 4.
     constexpr Color kSquare{1, 0, 0, 1};
     const auto covered = [](int x, int y) { return x >= 10 && x < 20 && y >= 8 && y < 16; };
     const View from = viewOf(40, 24);
@@ -142,7 +142,8 @@ TEST(Reprojection, WhatWasHiddenComesOutFromBehind) {
         for (int x = 0; x < 38; ++x) {
             const bool front = covered(x + 4, y);
             expectColor(onlyFragment(seen, x, y), front ? kSquare : paint(x + 2, y));
-            // If only one layer was captured, the wall has a hole where the square was.
+            // If only one layer was captured, the wall has a hole at the former place of the
+            // square.
             const bool known = front || !covered(x + 2, y);
             ASSERT_EQ(first_layer.count(first_layer.pixelIndex(x, y)), known ? 1U : 0U);
             holes += !known;
@@ -208,9 +209,9 @@ TEST(Reprojection, ATiltedPlaneHasNoCracksAndLiesWhereItShould) {
 }
 
 TEST(Reprojection, EdgesDoNotGrow) {
-    // A ball of radius 1 is captured at distance 4 and seen from other directions at the same
-    // distance. No pixel outside its silhouette may be covered, and few in the visible part may be
-    // missing.
+    // A ball of radius 1 is captured at distance 4, and seen from other directions at the same
+    // distance. No pixel outside its silhouette may be covered, and few pixels of its visible part
+    // may be missing.
     constexpr int kSize = 240;
     constexpr double kPixel = 1.6 / kSize;
     View from = viewOf(kSize, kSize);
@@ -239,14 +240,13 @@ TEST(Reprojection, EdgesDoNotGrow) {
                 const double z = hit(ray(x, y));
                 const std::uint32_t count = seen.count(seen.pixelIndex(x, y));
                 if (count > 0) {
-                    // Pixels may be outside the silhouette's tangent cone by at most a pixel's
-                    // corner.
+                    // Pixel corners may be outside the silhouette's tangent cone.
                     const glm::dvec3 d = glm::normalize(ray(x, y));
                     const double angle = std::acos(-d.z) - std::asin(0.25);
                     EXPECT_LT(angle, 0.71 * kPixel) << degrees << ": " << x << ' ' << y;
                 }
                 if (z <= 0) continue;
-                // Skip points that the captured camera did not see, or only at less than 10° to the
+                // Skip points that the captured camera did not see, or saw at less than 10° to the
                 // surface.
                 const glm::dvec3 normal = z * ray(x, y) - center;
                 const glm::dvec3 eye(-4 * std::sin(turn), 0, 4 * std::cos(turn));
@@ -260,7 +260,7 @@ TEST(Reprojection, EdgesDoNotGrow) {
     }
 }
 
-/// Returns meaningless fragment lists: surfaces that cross, touch and end anywhere.
+/// Returns random fragment lists, without meaning: surfaces cross, touch and end anywhere.
 LayeredImage noise(const Window& window) {
     std::mt19937 random(20);
     std::uniform_real_distribution<float> any(0, 1);
@@ -271,7 +271,7 @@ LayeredImage noise(const Window& window) {
         for (int k = 0; k < count; ++k) {
             const float alpha = 0.1F + 0.8F * any(random);
             list.push_back({z, {alpha * any(random), alpha * any(random), alpha, alpha}});
-            // In all other cases the next fragment coincides with this one.
+            // For every second fragment, the next fragment coincides with it.
             if (k % 2 == x % 2) z += any(random) * any(random);
         }
         return list;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests links between fragments of the same surface, in scenes with known answers.
+// Tests links between fragments of the same surface, in scenes with known links.
 #include "core/views/surface_cells.h"
 
 #include <gtest/gtest.h>
@@ -11,8 +11,7 @@
 namespace peeler::test {
 namespace {
 
-/// Returns an orthographic view with pixels of one unit, so that the step in Z between pixels is
-/// the slope.
+/// Returns an orthographic view with pixels of one unit. The step in Z between pixels is the slope.
 View unitView(int width, int height) {
     View view;
     view.width = width;
@@ -22,8 +21,8 @@ View unitView(int width, int height) {
     return view;
 }
 
-/// Returns the fragment that continues the k-th fragment of (x, y) on this side, as an index in its
-/// pixel's list; −1 = none.
+/// Returns the fragment on this side that continues the k-th fragment of (x, y), as an index into
+/// the list of its pixel; −1 = none.
 int placeOfNext(const LayeredImage& image, const SurfaceLinks& links, int x, int y, int k,
                 Side side) {
     const std::uint32_t next =
@@ -35,7 +34,7 @@ int placeOfNext(const LayeredImage& image, const SurfaceLinks& links, int x, int
 }
 
 TEST(SurfaceLinks, SurfacesOnDifferentLayersStayThemselves) {
-    // A plane is on layer 1 behind a square and on layer 0 beside it.
+    // A plane is on layer 1 behind a square, and on layer 0 next to it.
     const auto covered = [](int x) { return x >= 3 && x < 6; };
     const LayeredImage image = fragmentLists({0, 0, 9, 2}, [&](int x, int) {
         std::vector<TestFragment> list;
@@ -52,8 +51,8 @@ TEST(SurfaceLinks, SurfacesOnDifferentLayersStayThemselves) {
 }
 
 TEST(SurfaceLinks, ParallelSurfacesCloserThanTheirStep) {
-    // For a fragment of the back surface, the fragment nearest in depth in the next pixel belongs
-    // to the front surface, so depth alone would link wrongly.
+    // For a fragment of the back surface, the nearest depth in the next pixel is that of the front
+    // surface, so depth alone would give wrong links.
     const LayeredImage image = fragmentLists({0, 0, 8, 3}, [](int x, int) {
         const float z = 10 + 3.0F * static_cast<float>(x);
         return std::vector<TestFragment>{{z, {}}, {z + 2, {}}};
@@ -99,7 +98,8 @@ TEST(SurfaceLinks, ObjectsAreNotLinkedToOneAnother) {
         return std::vector<TestFragment>{{10, {}}};
     });
     FragmentArray ids{{"id.material", "id.object"}, PixelType::kUint, {}};
-    const std::array<std::uint32_t, 8> values = {7, 1, 8, 1, 7, 2, 7, 2};  // material, object
+    // Pairs of material and object.
+    const std::array<std::uint32_t, 8> values = {7, 1, 8, 1, 7, 2, 7, 2};
     const auto bytes = std::as_bytes(std::span(values));
     ids.data.assign(bytes.begin(), bytes.end());
     image.extra.push_back(ids);

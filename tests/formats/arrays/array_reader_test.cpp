@@ -61,7 +61,7 @@ numpy.save(sys.argv[1] + '/x_object', numpy.array([None]), allow_pickle=True)
     EXPECT_EQ(npyArray(bytesIn(one), "one")->at(0), 3.5);
     EXPECT_EQ(npyArray(bytesIn(line), "line")->shape, (std::vector<std::uint64_t>{5}));
     EXPECT_EQ(npyArray(bytesIn(bytesOf(scratch / "none.npy")), "none")->count(), 0U);
-    // A truncated file must give an Error or not be recognised as a .npy file.
+    // A truncated file must give an Error or not be recognised as .npy.
     for (std::size_t size = 0; size < line.size(); ++size) {
         const std::string cut = line.substr(0, size);
         if (size < 6)

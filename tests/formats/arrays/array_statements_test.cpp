@@ -33,7 +33,7 @@ TensorFile scene(const std::function<void(TensorFile&)>& change = [](TensorFile&
     return file;
 }
 
-/// Returns layers of 2 × 1 pixels with 1 and 2 fragments.
+/// Returns layers of 2 × 1 pixels, with 1 and 2 fragments.
 TensorFile layers(const std::function<void(TensorFile&)>& change = [](TensorFile&) {}) {
     TensorFile file;
     file.texts = {{"displayWindow", "[2, 1]"}, {"dataWindow", "[0, 0, 2, 1]"}};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests written array files, which numpy and zipfile read, and .safetensors headers.
+// Tests written array files, which numpy and zipfile read back, and .safetensors headers.
 #include "formats/arrays/array_writer.h"
 
 #include <gtest/gtest.h>
@@ -19,8 +19,8 @@
 namespace peeler {
 namespace {
 
-/// A Python program that prints {"name": [dtype, shape, values]} for every array of a file, after
-/// verifying the checksums.
+/// A Python program that verifies the checksums of a file, and prints {"name": [dtype, shape,
+/// values]} for every array.
 constexpr const char* kRead = R"(
 import json, sys, zipfile, numpy
 assert zipfile.ZipFile(sys.argv[1]).testzip() is None
@@ -97,7 +97,8 @@ TEST(ArrayWriter, PiecesComeInAnyOrderFromAnyThread) {
             writer.append(0, asBytes(numbers));
             writer.append(1, asBytes(numbers));
         });
-        // The pieces have odd lengths, so that neighbours meet at either end or inside a block.
+        // The pieces have odd lengths, so that their ends lie at the ends of blocks and inside
+        // blocks.
         std::vector<std::size_t> ends{0, 1, 3, 4, 1000, 1001, 5000, 5013, 9999, numbers.size()};
         for (const std::uint32_t seed : {1U, 2U, 3U}) {
             std::vector<std::size_t> pieces(2 * (ends.size() - 1));
@@ -142,7 +143,7 @@ TEST(ArrayWriter, EveryNumberIsWrittenOnce) {
     EXPECT_EQ(scratch.files(), std::vector<std::string>{"a.npz"});
 }
 
-/// A Python program that prints the arrays of a .safetensors file, read with NumPy alone, and its
+/// A Python program that reads a .safetensors file with NumPy only, and prints its arrays and
 /// metadata.
 constexpr const char* kReadTensors = R"(
 import json, sys, numpy

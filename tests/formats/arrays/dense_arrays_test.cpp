@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests fragment lists as dense planes: known lists, and pictures whose planes must hold the same
+// Tests fragment lists as dense planes: known lists, and pictures whose planes must have the same
 // numbers as their lists.
 #include <Imath/half.h>
 #include <gtest/gtest.h>
@@ -42,7 +42,7 @@ std::vector<Out> planes(const DenseSettings& settings, std::uint32_t layers,
     return values;
 }
 
-/// Expects equal values, where NaN equals NaN.
+/// Expects equal values; NaN equals NaN.
 void expectSame(const std::vector<float>& got, const std::vector<float>& expected) {
     ASSERT_EQ(got.size(), expected.size());
     for (std::size_t i = 0; i < got.size(); ++i)
@@ -53,8 +53,8 @@ void expectSame(const std::vector<float>& got, const std::vector<float>& expecte
 constexpr DensePlanes::Column kNumber{NumberType::kFloat, 1};
 
 TEST(DensePlanes, TheKthOfAListIsInPlaneK) {
-    // Three pixels have one, no and three fragments; their offsets do not start at 0, as in the
-    // middle of a picture.
+    // Three pixels with one, no and three fragments. Offsets do not start at 0, as in the middle of
+    // a picture.
     const std::vector<std::uint32_t> offsets{10, 11, 11, 14};
     const std::vector<float> z{1, 2, 3, 4};
     expectSame(planes<float>({}, 2, kNumber, offsets, z), {1, kNan, kNan, kNan, 2, 3});
@@ -71,8 +71,8 @@ TEST(DensePlanes, FillIsForNumbersThatAreNoIntegers) {
     const std::vector<float> z{1, 2, 3};
     expectSame(planes<float>({.fill = -1}, 2, kNumber, offsets, z), {1, -1, -1, -1, 2, 3});
     expectSame(planes<float>({.fill = kInf}, 2, kNumber, offsets, z), {1, kInf, kInf, kInf, 2, 3});
-    // `repeat_last` repeats the last fragment in every component; a pixel without fragments stays
-    // NaN.
+    // `repeat_last` repeats the last fragment in all its components. A pixel without fragments
+    // stays NaN.
     expectSame(planes<float>({.fill = 7, .repeat_last = true}, 3, kNumber, offsets, z),
                {1, 1, 1, kNan, kNan, kNan, 2, 3, 3});
     const std::vector<float> uv{1, 10, 2, 20, 3, 30};
@@ -101,7 +101,7 @@ TEST(DensePlanes, HalfIsTheNearestAndTiesGoToEven) {
     const auto bits = planes<std::uint16_t>(half_planes, 1, kNumber, offsets, z);
     EXPECT_EQ(bits, (std::vector<std::uint16_t>{0x3C00, 0x3C02, 0x3C01, 0x7BFF, 0x7C00, 0xFC00,
                                                 0x0001, 0x0000, 0x8000}));
-    // Converting back to float must be exact.
+    // The conversion back to float must be exact.
     std::vector<float> as_float;
     for (const std::uint16_t b : bits)
         as_float.push_back(imath_half_to_float(b));
@@ -113,7 +113,7 @@ TEST(DensePlanes, HalfIsTheNearestAndTiesGoToEven) {
 }
 
 TEST(DensePlanes, RangesAreAllPixelsOnceAndNotTooMany) {
-    // One pixel among others has very many fragments.
+    // One pixel has far more fragments than the others.
     std::vector<std::uint32_t> offsets{5};
     for (std::uint32_t p = 0; p < 100'000; ++p)
         offsets.push_back(offsets.back() + (p == 777 ? 1'000'000 : p % 3));
@@ -140,7 +140,8 @@ std::map<std::string, StoredArray> written(const ScratchDir& scratch, const Synt
     return readNpz(path);
 }
 
-/// Compares an array of planes, with this number of `components`, with the lists of the same name.
+/// Compares an array of planes with the lists of the same name; both have this number of
+/// components.
 template <class T>
 void expectPlanes(const StoredArray& planes, const StoredArray& lists,
                   const std::vector<std::int64_t>& splits, std::size_t n, std::size_t components,
@@ -301,7 +302,7 @@ TEST(DenseArrays, TheHashIsOfThePlanesToo) {
     options.as = "arrays";
     EXPECT_TRUE(is_new());
     options.dense = {};
-    EXPECT_FALSE(is_new());  // the hash of arrays of lists does not depend on `dense`
+    EXPECT_FALSE(is_new());  // the hash of lists does not depend on `dense`
 }
 
 class DenseHits : public testing::Test, protected test::TracedSpheres {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests the reading of points from other programs' files, intact and damaged.
+// Tests the reading of points from other programs' files, both intact and damaged.
 #include "formats/arrays/point_reader.h"
 
 #include <gtest/gtest.h>
@@ -34,7 +34,7 @@ void expectRefused(const std::string& file, const std::string& what, const std::
     }
 }
 
-/// A sequence of numbers in either byte order.
+/// The bytes of a sequence of numbers, in either byte order.
 class Packed {
   public:
     explicit Packed(bool big) : big_(big) {}
@@ -141,7 +141,7 @@ void expectRobust(const std::string& file, std::uint64_t seed, std::size_t data)
 }
 
 TEST(PlyPoints, DamagedFiles) {
-    // The faces that follow the points are ignored.
+    // The reader ignores the faces after the points, so damage there does not matter.
     const std::string little = richBinary(false);
     expectRobust(little, 1, little.size() - 13);
     const std::string big = richBinary(true);
@@ -214,7 +214,7 @@ TEST(NpzPoints, AsNumpyWritesThem) {
     expectRobust(stored, 4, stored.size());
     std::string packed = bytesOf(scratch / "packed.npz");
     expectRobust(packed, 5, packed.size());
-    // An impossible size, here that of the first member in the directory, must not be allocated.
+    // The reader must not allocate an impossible size; this is the first member's in the directory.
     packed.replace(packed.find("PK\x01\x02") + 24, 4, std::string("\0\0\0\x40", 4));
     expectRefused(packed, "impossible size", "f, points.npy");
 }
@@ -248,7 +248,7 @@ TEST(NpzPoints, OurOwnAreZip64) {
     const std::string file = bytesOf(path);
     expectRobust(file, 6, file.size());
 
-    // The header promises more data than there is.
+    // The header declares more data than the file has.
     std::string damaged = file;
     const std::size_t shape = damaged.find("(3, 3)");
     damaged[shape + 1] = '9';

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests samples for LaRI and X-Ray, made of known fragments. tests/cmd reads such samples the way
-// those projects' loaders do.
+// Tests samples for LaRI and X-Ray, made of known fragments. tests/cmd reads such samples like
+// those projects' loaders.
 #include <Imath/half.h>
 #include <gtest/gtest.h>
 
@@ -27,8 +27,8 @@ using test::ScratchDir;
 using test::SyntheticPicture;
 
 /// Returns four pixels with two, no, one and one fragments. The third pixel's fragment is black and
-/// opaque, the fourth's is invisible. The camera is at (10, 20, 30) and looks along +X, with +Z on
-/// its right.
+/// opaque; the fourth pixel's is invisible. The camera is at (10, 20, 30) and looks along +X, with
+/// +Z on its right.
 SyntheticPicture fourPixels() {
     SyntheticPicture picture;
     View& view = picture.plan.view;
@@ -58,8 +58,7 @@ SyntheticPicture fourHits() {
     FragmentArray facing{{"facing"}, PixelType::kHalf, {}},
         distance{{"distance"}, PixelType::kFloat, {}};
     for (int f = 0; f < 4; ++f) {
-        // The surfaces face the viewer, who is at −X, except that the second fragment shows its
-        // back face.
+        // The surfaces face the viewer, who is at −X. Only the second fragment shows its back face.
         for (const float n : {-1.0F, 0.0F, 0.0F})
             appendValue(normals.data, n);
         for (const float c : {0.0F, 0.25F, 1.0F})
@@ -91,8 +90,8 @@ TEST(LariSample, HasDepthsPoseAndAPictureOverBlack) {
     expected[3 * 15] = half(16).bits();
     EXPECT_EQ(ldi.as<std::uint16_t>(), expected);
 
-    // Blender's axes are our (x, −z, y). There, the camera is at (10, −30, 20) and looks along +X,
-    // which is its own −Z; its X points right, along −Y.
+    // Blender's axes are our (x, −z, y). In Blender's axes, the camera is at (10, −30, 20) and
+    // looks along +X, which is the camera's −Z. The camera's X points right, along −Y.
     const std::string npy = test::bytesOf(scratch / "003.npy");
     ASSERT_EQ(npy.size(), 128U + 12 * 8);
     EXPECT_TRUE(test::contains(npy.substr(0, 128), "'<f8'") &&
@@ -101,8 +100,8 @@ TEST(LariSample, HasDepthsPoseAndAPictureOverBlack) {
     std::memcpy(pose.data(), npy.data() + 128, 96);
     EXPECT_EQ(pose, (std::vector<double>{0, -1, 0, -30, 0, 0, 1, -20, -1, 0, 0, 10}));
 
-    // Red is 0.5 + 0.5 · 0, and green behind it adds 0.5. Where there is a fragment, black is
-    // stored as not quite black; alpha is the coverage.
+    // Red is 0.5 + 0.5 · 0, and green behind it adds 0.5. Covered black pixels are stored as not
+    // quite black; alpha is the coverage.
     const auto rgba = [&](std::size_t p) {
         const auto image = readFlatImage(path).image.rgba[p];
         std::array<long, 4> bytes{};
@@ -142,7 +141,7 @@ TEST(LariSample, AllFilesAppearOrNone) {
         const SyntheticPicture picture = fourPixels();
         sink->begin(picture.plan);
         sink->write(LayeredImage(picture.image));
-        // A rename cannot replace a folder that is not empty, so this blocks the file.
+        // A rename cannot replace a non-empty folder, so this folder blocks the file.
         std::filesystem::create_directories(scratch / blocked / "full");
         EXPECT_THROW(sink->finish(), Error);
         EXPECT_EQ(scratch.files().size() - 1, [&] {
@@ -175,7 +174,7 @@ TEST(Xray, IsAMatrixOfSixteenRows) {
     EXPECT_EQ(indptr, rows);
     EXPECT_EQ(arrays.at("data").type, "<f4");
     EXPECT_EQ(arrays.at("indices").type, "<i4");
-    // Row 0 holds the first fragments of pixels 0, 2 and 3.
+    // Row 0: the first fragments of pixels 0, 2 and 3.
     const auto indices = arrays.at("indices").as<std::int32_t>();
     std::vector<std::int32_t> expected;
     for (int c = 0; c < 7; ++c)

@@ -23,8 +23,8 @@ std::uint8_t& cellAt(std::vector<std::uint8_t>& values, int x, int y, int z) {
     return values[static_cast<std::size_t>((x * kCells.y + y) * kCells.z + z)];
 }
 
-/// Returns cells of value 2 in a box, plus one cell of value 1 and one of value 3. The box fills
-/// some of OpenVDB's blocks wholly and others partly.
+/// Returns a box of cells of value 2, plus one cell of value 1 and one of value 3. The box fills
+/// some of OpenVDB's blocks completely and others partly.
 std::vector<std::uint8_t> box() {
     std::vector<std::uint8_t> values(static_cast<std::size_t>(kCells.x * kCells.y * kCells.z));
     for (int x = 3; x < 20; ++x)
@@ -36,7 +36,7 @@ std::vector<std::uint8_t> box() {
     return values;
 }
 
-/// Writes the cells; those with values of at least 2 count as inside.
+/// Writes the cells. Values of at least 2 mean inside.
 void writeCells(const std::string& path, const std::vector<std::uint8_t>& values) {
     const auto length = static_cast<std::size_t>(kCells.z);
     static_assert(kCells.z > 64 && kCells.z < 128);

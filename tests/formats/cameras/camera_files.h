@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One known camera, as written in the files of every format.
+// A known camera, as the files of every format describe it.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -23,15 +23,15 @@ namespace peeler::test {
 inline glm::dmat4 knownPose() {
     return {{0, 1, 0, 0}, {0, 0, 1, 0}, {1, 0, 0, 0}, {1, 2, 5, 1}};
 }
-/// The known camera's lens: off-centre in 640 × 480 pixels, which are not square.
+/// The known camera's lens: an off-centre principal point in 640 × 480 non-square pixels.
 inline constexpr Intrinsics kKnownLens{500, 400, 300.25, 200.5};
 inline constexpr Size kKnownSize{640, 480};
 
-// The known camera's world-to-camera matrix in OpenCV's axes: rows right, down, forward, and −R ·
-// eye.
+// The known camera's world-to-camera matrix in OpenCV's axes. Each row is an axis (right, down,
+// forward) and −axis · eye.
 inline const std::string kKnownOpencvRows = "[0,1,0,-2],[0,0,-1,5],[-1,0,0,1]";
 inline const std::string kKnownOpenglRows = "[0,0,1,1],[1,0,0,2],[0,1,0,5]";
-/// The known pose in a world with +Z up, in which (x, y, z) becomes (x, −z, y).
+/// The known pose in a world with +Z up. That world has (x, −z, y) for our (x, y, z).
 inline const std::string kKnownBlenderRows = "[0,0,1,1],[0,-1,0,-5],[1,0,0,2]";
 
 inline std::filesystem::path put(const std::filesystem::path& path, const std::string& text) {
@@ -116,7 +116,7 @@ inline std::string lineText(const std::string& place) {
            place + "}\n";
 }
 
-/// Returns the cameras of a file, which must be read without warnings.
+/// Returns the cameras of a file. Expects no warnings.
 inline std::vector<FileCamera> readCameras(const std::filesystem::path& path,
                                            const CameraFileOptions& options = {}) {
     ReadWarnings warnings(false, path.string());
@@ -125,7 +125,7 @@ inline std::vector<FileCamera> readCameras(const std::filesystem::path& path,
     return cameras;
 }
 
-/// Returns the view of a file's camera, in a scene of one triangle.
+/// Returns the view of a file's camera, for a scene of one triangle.
 inline View viewOfCamera(const FileCamera& camera) {
     static const Scene scene = [] {
         Scene made;
@@ -142,7 +142,7 @@ inline View viewOfCamera(const FileCamera& camera) {
     return makeView(posed, SceneExtent(posed), cameraChoice(camera));
 }
 
-/// Expects two views to be identical bit by bit, except that 0 equals −0.
+/// Expects two views to be bitwise identical, except that 0 equals −0.
 inline void expectSameView(const View& a, const View& b, const std::string& which) {
     EXPECT_EQ(a.camera_to_world, b.camera_to_world) << which;
     EXPECT_EQ(a.projection.perspective, b.projection.perspective) << which;
@@ -156,7 +156,7 @@ inline void expectSameView(const View& a, const View& b, const std::string& whic
     EXPECT_EQ(a.sample, b.sample) << which;
 }
 
-/// Expects an error when reading the file; `what` and `where` are parts of the error's texts.
+/// Expects an error when reading the file. `what` and `where` are parts of the error's texts.
 inline void expectRefusedCameras(const std::filesystem::path& path, const std::string& what,
                                  const std::string& where, const CameraFileOptions& options = {},
                                  ErrorKind kind = ErrorKind::kInput) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests camera files of other programs, with the same known camera in every format.
+// Tests camera files of other programs. The same known camera is in the files of every format.
 #include <cmath>
 #include <functional>
 
@@ -23,8 +23,8 @@ void expectKnown(const FileCamera& camera, const std::string& which) {
     EXPECT_EQ(camera.camera_to_world, knownPose()) << which;
     EXPECT_EQ(camera.intrinsics, kKnownLens) << which;
     EXPECT_EQ(camera.size, kKnownSize) << which;
-    // A point 10 in front of the camera, 3 to the right and 2 down must be projected by OpenCV's
-    // formula.
+    // OpenCV's formula gives the pixel of a point 10 in front of the camera, 3 to the right and 2
+    // down.
     const glm::dvec3 point(1 - 10, 2 + 3, 5 - 2);
     const View view = viewOfCamera(camera);
     const glm::dvec4 own = glm::inverse(view.camera_to_world) * glm::dvec4(point, 1);
@@ -91,7 +91,7 @@ TEST(CameraFiles, OneCameraOfEveryFormat) {
     std::string one_line = with_k;
     std::erase(one_line, '\n');
     expectKnown(only(put(scratch / "k.jsonl", one_line)), "K");
-    // In a world with +Z up the default up direction is +Z, which is +Y here.
+    // In a world with +Z up, the default up direction is that +Z, which is our +Y.
     const std::string level = lineText(R"("eye": [4, 0, 0], "target": [0, 0, 0])");
     const FileCamera upright = only(put(scratch / "u.jsonl", level), blender);
     EXPECT_EQ(glm::dvec3(upright.camera_to_world[1]), glm::dvec3(0, 1, 0));
@@ -163,7 +163,7 @@ TEST(CameraFiles, FieldsOfViewAndSizesOfTransforms) {
     const ScratchDir scratch;
     const std::string frame = R"("frames": [{"file_path": "train/r_0", "transform_matrix": [)" +
                               kKnownOpenglRows + "]}]}";
-    // NeRF's own files have a field of view, and pictures without extensions or sizes.
+    // NeRF's own files have a field of view; their pictures have neither extensions nor sizes.
     const auto path = put(scratch / "transforms_train.json",
                           R"({"camera_angle_x": 0.6911112070083618, )" + frame);
     const FileCamera nerf = only(path, {{}, {800, 600}});
@@ -195,8 +195,8 @@ TEST(CameraFiles, FieldsOfViewAndSizesOfTransforms) {
 
 TEST(CameraFiles, ObjectsOfBop) {
     const ScratchDir scratch;
-    // Picture 10 has no pose, so the world is its camera's space: OpenCV's axes in the file, as for
-    // the objects.
+    // Picture 10 has no pose, so the world is its camera space. The file uses OpenCV's axes
+    // for the camera and the objects.
     const auto path = put(scratch / "data/test/000001/scene_camera_left.json",
                           R"({"10": {"cam_K": [500,0,300.25,0,400,200.5,0,0,1]},
                              "2": {"cam_K": [1,0,2,0,3,4,0,0,1],
@@ -221,7 +221,7 @@ TEST(CameraFiles, ObjectsOfBop) {
     EXPECT_EQ(cameras[1].camera_to_world,
               glm::dmat4({1, 0, 0, 0}, {0, -1, 0, 0}, {0, 0, -1, 0}, {0, 0, 0, 1}));
     EXPECT_EQ(glm::dvec3(cameras[1].objects[0].to_world[3]), glm::dvec3(0, 0, 0.001));
-    // Other world axes rotate the objects, too.
+    // With other world axes, the objects are rotated, too.
     const auto turned = readCameras(path, {Convention::kBlender, {}});
     EXPECT_EQ(glm::dvec3(turned[0].objects[0].to_world[3]), glm::dvec3(-9, 3, -5));
     EXPECT_EQ(glm::dvec3(turned[0].camera_to_world[3]), glm::dvec3(1, 5, -2));
@@ -298,7 +298,7 @@ TEST(CameraFiles, LinesOfOurOwn) {
     EXPECT_EQ(cameras[0].size, (Size{0, 0}));
     EXPECT_EQ(cameras[0].name, "0");
     EXPECT_EQ(cameras[1].ortho_height, 3);
-    // The camera looks straight down, so north (−Z) is up, as for any camera given by eye and
+    // The camera looks straight down, so north (−Z) is up, as for all cameras given by eye and
     // target.
     EXPECT_EQ(glm::dvec3(cameras[0].camera_to_world[1]), glm::dvec3(0, 0, -1));
     CameraChoice asked;
@@ -316,7 +316,8 @@ TEST(CameraFiles, PosesThatAreNearlyRigidAreTaken) {
     const View view = viewOfCamera(camera);
     EXPECT_LT(distanceFromRigid(view.camera_to_world), 1e-15);
     EXPECT_NEAR(glm::length(view.camera_to_world[0] - knownPose()[0]), 0, 2e-5);
-    // If the file gives world-to-camera matrices, the eye stays where the given axes put it.
+    // The rows of world-to-camera matrices are the camera's axes. The rows are made rigid, which
+    // must not move the eye.
     const FileCamera inverse =
         only(put(scratch / "w.jsonl",
                  lineText("\"worldToCamera\": [[0,1.00002,0,-2],[0,0,-1,5],[-1,0,0,1]]")));

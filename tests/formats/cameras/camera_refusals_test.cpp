@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests that invalid camera files are refused without a crash, and that the error names the fault
+// Tests that invalid camera files are rejected without a crash, and that the error names the fault
 // and its location.
 #include <sys/stat.h>
 
@@ -14,14 +14,14 @@ namespace {
 
 using Convention = CameraConvention;
 
-/// Returns `text` with the first occurrence of `part` replaced by `other`.
+/// Returns `text` with `other` in place of the first occurrence of `part`.
 std::string withPart(std::string text, const std::string& part, const std::string& other) {
     const std::size_t at = text.find(part);
     EXPECT_NE(at, std::string::npos) << part;
     return text.replace(at, part.size(), other);
 }
 
-/// A fault, as a part of a text that is replaced, and its expected error.
+/// A fault, made by replacing a part of a text, and its expected error.
 struct BadCameras {
     std::string part, other, what, where;
 };
@@ -153,11 +153,11 @@ TEST(CameraRefusals, ColmapText) {
     }
     put(images, kColmapImagesText + kColmapImagesText);
     expectRefusedCameras(scratch.path(), "appears twice", "image 9");
-    // If the lines of points were simply skipped, every other image would be lost.
+    // A reader that simply skips the lines of points would lose every other image.
     const std::string image = kColmapImagesText.substr(0, kColmapImagesText.find("1.5"));
     put(images, image + "10" + image.substr(image.find(" 0.5")));
     expectRefusedCameras(scratch.path(), "a point's id, not \"0.5\"", "images.txt:3");
-    put(images, "9 1 0 0 0 0 0 0 3 1\n10 1 0 0 0 0 0 0 3 2\n");  // the names are numbers
+    put(images, "9 1 0 0 0 0 0 0 3 1\n10 1 0 0 0 0 0 0 3 2\n");  // these names are numbers
     expectRefusedCameras(scratch.path(), "ends before a point's y", "images.txt:2");
     put(images, "#\n");
     expectRefusedCameras(scratch.path(), "no cameras", "images.txt");
@@ -275,7 +275,7 @@ TEST(CameraRefusals, WhatIsNoFile) {
         ASSERT_EQ(mkfifo((scratch / name).c_str(), 0600), 0);
         expectRefusedCameras(scratch / name, "not a regular file", name);
     }
-    // Files too large to read must be refused at once.
+    // Files that are too large must be rejected at once.
     for (const char* name : {"l.json", "l.npy", "l.npz", "l.jsonl", "l", "images.bin"}) {
         std::filesystem::resize_file(put(scratch / "big" / name, ""), std::uint64_t{2} << 30);
         put(scratch / "big/cameras.bin", colmapCamerasBinary());
@@ -292,7 +292,7 @@ TEST(CameraRefusals, WhatIsNoFile) {
         "an array of numbers", "c.npy", {Convention::kOpengl, {}});
 }
 
-/// Expects a file that is truncated or has random bytes changed to give either cameras or an Error.
+/// Expects either cameras or an Error from a file that is truncated or has random bytes changed.
 void expectSturdy(const std::filesystem::path& file, const std::filesystem::path& read,
                   const CameraFileOptions& options, std::uint64_t seed) {
     const std::string whole = bytesOf(file);
@@ -300,7 +300,7 @@ void expectSturdy(const std::filesystem::path& file, const std::filesystem::path
     const auto outcome = [&](const std::string& text) {
         put(file, text);
         try {
-            // Warnings are tolerated, because damage may turn a key into another one.
+            // Warnings are allowed, because damage may turn a key into another one.
             ReadWarnings warnings(false, read.string());
             return peeler::readCameras(read, options, warnings).size();
         } catch (const Error& error) {
@@ -342,7 +342,7 @@ TEST(CameraRefusals, DamagedFiles) {
     put(scratch / "b/images.bin", colmapImagesBinary());
     for (const char* name : {"m/cameras.txt", "m/images.txt", "b/cameras.bin", "b/images.bin"})
         expectSturdy(scratch / name, (scratch / name).parent_path(), {}, seed++);
-    // Every truncation of a binary file must be refused.
+    // Every truncation of a binary file must be rejected.
     for (const char* name : {"b/cameras.bin", "b/images.bin"}) {
         const std::string whole = bytesOf(scratch / name);
         for (std::size_t size = 0; size < whole.size(); ++size) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What becomes of everything that files of cameras can say (formats/README.md).
+// Tests that every statement of camera files has the outcome that formats/README.md documents.
 #include <algorithm>
 #include <iterator>
 
@@ -36,7 +36,7 @@ std::vector<Text> cameraWarnings(const std::filesystem::path& file, bool strict)
     return warnings.take();
 }
 
-/// Returns a transforms.json with additional members in the file and in its frame.
+/// Returns a transforms.json with these members added to the file and to its frame.
 std::string transformsSaying(const std::string& of_file, const std::string& of_frame = "") {
     return R"({"camera_angle_x": 1, "w": 640, "h": 480, )" + of_file + R"("frames": [{)" +
            of_frame + R"("transform_matrix": [)" + kKnownOpenglRows + ",[0,0,0,1]]}]}";
@@ -146,7 +146,7 @@ std::vector<Statement> ofColmap() {
 
 struct NamedMatrix {
     const char* name;
-    std::vector<double> numbers;  ///< 9 or 12 numbers, in 3 rows
+    std::vector<double> numbers;  ///< 3 x 3 or 3 x 4 numbers
 };
 
 std::string npzOf(const std::vector<NamedMatrix>& matrices) {

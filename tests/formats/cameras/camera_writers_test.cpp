@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests camera files that peeler writes: their content, and that reading them back loses nothing.
+// Tests camera files written by peeler: their content, and that reading them back loses nothing.
 #include <cmath>
 #include <cstdio>
 #include <glm/gtc/quaternion.hpp>
@@ -31,7 +31,7 @@ TEST(CameraWriters, TransformsOfOneLens) {
     EXPECT_EQ(json["h"], 480);
     EXPECT_EQ(json["fl_x"], 500);
     EXPECT_EQ(json["fl_y"], 400);
-    EXPECT_EQ(json["cx"], 300.75);  // measured from the picture's corner
+    EXPECT_EQ(json["cx"], 300.75);  // relative to the picture's corner
     EXPECT_EQ(json["cy"], 201);
     ASSERT_EQ(json["frames"].size(), 2U);
     EXPECT_EQ(json["frames"][0]["file_path"], "a");
@@ -76,7 +76,7 @@ TEST(CameraWriters, ModelsOfColmap) {
 
     writeCameras(scratch / "model", {cameras.data(), 1}, {points});
     std::string lens = colmapCamerasBinary();
-    lens[8] = 1;  // the camera's number
+    lens[8] = 1;  // the camera's ID
     EXPECT_EQ(bytesOf(scratch / "model/cameras.bin"), lens);
     PackedNumbers image;
     image.add(std::uint64_t{1}).add(std::uint32_t{1});
@@ -172,8 +172,8 @@ TEST(CameraWriters, WhatCannotBeWrittenIsRefused) {
     EXPECT_NEAR(readCameras(scratch / "t.json")[0].intrinsics->fx, 240, 1e-10);
 }
 
-/// Returns a camera of random pose, lens and size, with numbers like those of calibrations and of
-/// files.
+/// Returns a camera of random pose, lens and size. Some of its numbers are like those of
+/// calibrations, others like those of files.
 FileCamera randomCamera(std::mt19937_64& random) {
     const auto uniform = [&](double a, double b) {
         return std::uniform_real_distribution<double>(a, b)(random);
@@ -225,7 +225,7 @@ TEST(CameraWriters, TransformsMakeTheSameViewsToTheLastBit) {
         EXPECT_NEAR(a.cy, b.cy, 1e-12 * 6000);
         EXPECT_EQ(camera.size, cameras.back().size);
     }
-    // Two thirds of the cameras have numbers of few digits, which must be unchanged.
+    // Two thirds of the cameras have numbers of few digits, which must not change.
     EXPECT_GT(as_they_were, repeats() * 6 / 10);
     const std::string path = scratch / "t.json", again = scratch / "again.json";
     writeCameras(path, cameras);
@@ -251,7 +251,7 @@ TEST(CameraWriters, OtherViewsAreTheSameFromTheFirstFileOn) {
     };
     std::vector<View> views;
     for (int i = 0; i < repeats(); ++i) {
-        // These views have fields of view, nearly vertical directions, or crops of calibrated
+        // The views have fields of view, nearly vertical directions, or crops of calibrated
         // cameras.
         FileCamera camera = randomCamera(random);
         View view;
@@ -283,7 +283,7 @@ TEST(CameraWriters, OtherViewsAreTheSameFromTheFirstFileOn) {
     const std::vector<View> first = views;
     write("0.json");
     for (std::size_t i = 0; i < views.size(); ++i) {
-        // The view read back must send the same rays through the same pixels.
+        // The view read back must have the same rays through the same pixels.
         const View &a = first[i], &b = views[i];
         ASSERT_EQ(a.crop.width(), b.crop.width());
         EXPECT_EQ(a.camera_to_world, b.camera_to_world);
@@ -314,7 +314,7 @@ TEST(CameraWriters, EveryFormatReadsBackWhatItWrote) {
     for (int i = 0; i < 200; ++i) {
         FileCamera camera = randomCamera(random);
         camera = fileCamera(viewOfCamera(camera), std::to_string(i));
-        camera.size = {640, 480};  // BOP has a single size
+        camera.size = {640, 480};  // BOP files have a single size
         cameras.push_back(camera);
     }
     for (const char* name : {"t.json", "scene_camera.json", "model", "text/cameras.txt"}) {

@@ -14,10 +14,10 @@ namespace peeler {
 namespace {
 
 TEST(Cryptomatte, HashesNamesAsTheSpecificationDoes) {
-    // These hashes are from the specification's example manifest.
+    // From the specification's example manifest.
     EXPECT_EQ(cryptomatteHex(cryptomatteHash("bunny")), "13851a76");
     EXPECT_EQ(cryptomatteHex(cryptomatteHash("default")), "42c9679f");
-    // These hashes are from the tests of Psyop's Nuke plugin (test_mm3hash_float).
+    // From the tests of Psyop's Nuke plugin (test_mm3hash_float).
     EXPECT_FLOAT_EQ(std::bit_cast<float>(cryptomatteHash("hello")), 6.07056271024e-17F);
     EXPECT_FLOAT_EQ(std::bit_cast<float>(cryptomatteHash("cube")), -4.08461912519e+15F);
     EXPECT_FLOAT_EQ(std::bit_cast<float>(cryptomatteHash("sphere")), 2.79018604383e+15F);
@@ -37,8 +37,7 @@ TEST(Cryptomatte, DescribesItselfInFourAttributes) {
     for (const auto& [name, text] : cryptomatteAttributes(layer))
         found[name] = text;
     ASSERT_EQ(found.size(), 4U);
-    // The key is the first seven digits of the hash of the layer's name; Blender writes the same
-    // key.
+    // The key is the first seven digits of the hash of the layer's name, as in Blender's files.
     const std::string key =
         "cryptomatte/" + cryptomatteHex(cryptomatteHash("CryptoObject")).substr(0, 7);
     EXPECT_EQ(found[key + "/name"], "CryptoObject");
@@ -48,7 +47,7 @@ TEST(Cryptomatte, DescribesItselfInFourAttributes) {
               (nlohmann::json{{"bunny", "13851a76"}, {"default", "42c9679f"}}));
 }
 
-/// Returns a picture of one pixel with fragments of these objects and alphas, front to back.
+/// Returns a picture of one pixel, with fragments of these objects and alphas from front to back.
 LayeredImage pixelOfObjects(const std::vector<std::pair<std::uint32_t, float>>& fragments) {
     LayeredImage image;
     image.window = {0, 0, 1, 1};

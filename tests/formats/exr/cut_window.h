@@ -7,7 +7,7 @@
 
 namespace peeler::test {
 
-/// Returns the pixels of a window of the image, as a separate image.
+/// Returns the pixels of a window of the image as a separate image.
 inline LayeredImage cutWindow(const LayeredImage& image, const Window& window) {
     LayeredImage tile;
     tile.window = window;
@@ -34,7 +34,7 @@ inline LayeredImage cutWindow(const LayeredImage& image, const Window& window) {
     return tile;
 }
 
-/// Returns the tile with the plan that a render of this window alone would have.
+/// Returns the tile with the plan of a render of only this window.
 inline SyntheticPicture cutPicture(const SyntheticPicture& whole, const Window& window) {
     SyntheticPicture tile;
     tile.image = cutWindow(whole.image, window);

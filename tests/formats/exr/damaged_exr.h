@@ -17,8 +17,8 @@
 
 namespace peeler::test {
 
-/// Reads a layered or deep file `turns` times, each time truncated or with bytes changed; each must
-/// give an Error (kInput) or an image. Returns the number of Errors.
+/// Reads a layered or deep file `turns` times, each time truncated or with bytes changed. Every
+/// time, this must give an Error (kInput) or an image. Returns the number of Errors.
 inline int refusalsOfDamaged(const std::filesystem::path& path, std::uint32_t seed, int turns) {
     const std::string good = bytesOf(path);
     std::mt19937 random(seed);
@@ -28,7 +28,7 @@ inline int refusalsOfDamaged(const std::filesystem::path& path, std::uint32_t se
         if (i % 3 == 0) {
             bad.resize(random() % good.size());
         } else {
-            // Most changes are in the headers and the first chunks, which hold sizes.
+            // Half of the changes are in the headers and the first chunks, which contain sizes.
             const std::size_t range =
                 i % 3 == 1 ? std::min<std::size_t>(4000, bad.size()) : bad.size();
             for (int n = 0; n < 3; ++n)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Deep files read or written with OpenEXR's own classes: to check ours, or to imitate other
-// programs'.
+// Deep files read or written with OpenEXR's own classes: to check our files, or to imitate those of
+// other programs.
 #pragma once
 
 #include <Imath/half.h>
@@ -23,8 +23,8 @@
 
 namespace peeler::test {
 
-/// The samples of one part: per channel a list for each pixel (row-major in the data window), with
-/// values converted to double.
+/// The samples of one part. Each channel has a list for each pixel (row-major in the data window),
+/// with values converted to double.
 struct DeepPart {
     std::string name = "deep";
     Imath::Box2i window;
@@ -40,9 +40,9 @@ struct DeepPart {
 
 namespace detail {
 
-constexpr std::size_t kSlot = 4;  // bytes per sample, whatever its type
+constexpr std::size_t kSlot = 4;  // bytes per sample of any type
 
-/// Buffers in the layout that OpenEXR requires: an array of pointers per channel.
+/// Buffers in the layout that OpenEXR requires: each channel has an array of pointers.
 struct Buffers {
     std::map<std::string, std::vector<std::vector<unsigned char>>> samples;
     std::map<std::string, std::vector<char*>> pointers;
@@ -96,7 +96,7 @@ inline void storeAt(unsigned char* to, Imf::PixelType type, double value) {
 
 }  // namespace detail
 
-/// Returns a part with these float channels and the same samples in every pixel; each sample is a
+/// Returns a part with these float channels and the same samples in every pixel. Each sample is a
 /// list of values in the order of `channels`.
 inline DeepPart deepPart(const Imath::Box2i& window, const std::vector<std::string>& channels,
                          const std::vector<std::vector<double>>& samples) {
@@ -128,7 +128,7 @@ inline DeepPart readDeepPart(Imf::MultiPartInputFile& file, int index) {
     Imf::DeepScanLineInputPart input(file, index);
     input.setFrameBuffer(buffers.frameBuffer(part));
     input.readPixelSampleCounts(part.window.min.y, part.window.max.y);
-    buffers.allocate(part);  // allocated at the addresses that the frame buffer already refers to
+    buffers.allocate(part);  // the frame buffer already points to these buffers
     input.readPixels(part.window.min.y, part.window.max.y);
     for (const auto& [name, type] : part.types) {
         auto& lists = part.values[name];
@@ -151,7 +151,7 @@ struct DeepFileOptions {
     std::function<void(std::size_t part, Imf::Header&)> header{};
 };
 
-/// Writes a deep file as a program would that does not know peeler.
+/// Writes a deep file without peeler's attributes, like another program.
 inline void writeDeepFile(const std::string& path, std::vector<DeepPart> parts,
                           const DeepFileOptions& options = {}) {
     std::vector<Imf::Header> headers;

@@ -25,8 +25,8 @@ namespace fs = std::filesystem;
 using test::DeepPart;
 using test::readAll;
 
-/// Returns a part in which two pixels have samples: (5, 4) has three unsorted ones, (6, 4) has one
-/// at infinity.
+/// Returns a part with samples in two pixels: (5, 4) has three unsorted samples, (6, 4) has one at
+/// infinity.
 DeepPart foreignPart(Imf::PixelType depth_type) {
     DeepPart part;
     part.window = {{3, 2}, {12, 9}};
@@ -55,7 +55,7 @@ void expectForeign(const LayeredImage& image) {
     ASSERT_EQ(image.color.type, PixelType::kFloat);
     using Color = std::array<float, 4>;
     EXPECT_EQ(colorOf(image, 0), (Color{0.5F, 0, 0, 0.2F}));
-    // Sorting is stable, so this one stays the first at Z = 2.
+    // Sorting is stable, so this sample stays the first at Z = 2.
     EXPECT_EQ(colorOf(image, 1), (Color{0.25F, 0, 0, 0.3F}));
     EXPECT_EQ(colorOf(image, 2), (Color{0.125F, 0, 0, 0.1F}));
     EXPECT_EQ(colorOf(image, 3), (Color{1, 0, 0, 1}));
@@ -120,7 +120,7 @@ TEST_F(ForeignDeep, PartsOfTheSameSamplesAreJoinedAndOthersAreNot) {
     test::writeDeepFile(scratch / "parts.exr", {first, second, third});
     const LayeredImage image = readAll(scratch / "parts.exr");
     expectForeign(image);
-    ASSERT_EQ(image.extra.size(), 1U);  // the mask is left out, since its sample counts differ
+    ASSERT_EQ(image.extra.size(), 1U);  // the mask is ignored, since its sample counts differ
     EXPECT_EQ(image.extra[0].channels.front(), "object");
     const auto ids = image.extra[0].as<std::uint32_t>();
     EXPECT_EQ(std::vector<std::uint32_t>(ids.begin(), ids.end()),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests deep EXR files that peeler writes: compares them with OpenEXR sample by sample, and reads
+// Tests deep EXR files written by peeler: compares them with OpenEXR sample by sample, and reads
 // them back with our reader.
 #include <OpenEXR/ImfDeepImageStateAttribute.h>
 #include <OpenEXR/ImfIntAttribute.h>
@@ -55,9 +55,9 @@ void writeDeep(const fs::path& path, const SyntheticPicture& picture,
     writePicture(writer, picture, heights);
 }
 
-/// Calls check(p, first) for every pixel of the part's data window: p is its index in the part,
-/// `first` that of its first fragment in `image`. Asserts that counts agree and that all pixels
-/// outside are empty.
+/// Calls check(p, first) for every pixel of the part's data window. p is the pixel's index in the
+/// part; `first` is the index of its first fragment in `image`. Asserts that counts agree and that
+/// all pixels outside are empty.
 template <class Check>
 void forEachPixel(const DeepPart& part, const LayeredImage& image, Check&& check) {
     const Window& all = image.window;
@@ -112,8 +112,8 @@ TEST_F(ExrDeep, EverySampleReadsBackWithOpenExr) {
         EXPECT_EQ(file.header(1).name(), "ids");
         EXPECT_EQ(file.header(0).type(), "deepscanline");
         const DeepPart color = test::readDeepPart(file, 0), ids = test::readDeepPart(file, 1);
-        EXPECT_EQ(color.types.size(), 5U);  // RGBA Z
-        EXPECT_EQ(ids.types.size(), 8U);    // Z N P id
+        EXPECT_EQ(color.types.size(), 5U);  // RGBA and Z
+        EXPECT_EQ(ids.types.size(), 8U);    // Z, N, P and IDs
         const char* names[] = {"R", "G", "B", "A"};
         for (std::size_t c = 0; c < 4; ++c) {
             expectDeepChannel(color, image, names[c], Imf::HALF,
@@ -168,7 +168,7 @@ TEST_F(ExrDeep, OnlyWhatIsCompositedStandsBesideColour) {
 TEST_F(ExrDeep, ChannelsInThePartOfTheColourAreReadToo) {
     const SyntheticPicture picture = makeRichPicture({.seed = 13, .width = 24, .height = 18});
     writeDeep(scratch / "now.exr", picture);
-    // Imitate older files, in which only integer channels are in a separate part.
+    // Imitates older files, in which only integer channels are in a separate part.
     Imf::MultiPartInputFile file((scratch / "now.exr").c_str());
     DeepPart color = test::readDeepPart(file, 0), ids = test::readDeepPart(file, 1);
     for (const char* name : {"N.X", "N.Y", "N.Z", "P.X", "P.Y", "P.Z"}) {
@@ -179,8 +179,8 @@ TEST_F(ExrDeep, ChannelsInThePartOfTheColourAreReadToo) {
     test::writeDeepFile(scratch / "before.exr", {color, ids}, {.display = {{0, 0}, {23, 17}}});
     const LayeredImage before = readAll(scratch / "before.exr");
     const LayeredImage now = readAll(scratch / "now.exr");
-    // Other programs' files have no data window larger than the samples, so empty columns are
-    // missing.
+    // In files of other programs, the data window is not larger than the samples, so empty columns
+    // are missing.
     expectSame(before, test::cutWindow(now, before.window));
 }
 
@@ -239,7 +239,7 @@ TEST_F(ExrDeep, TheStateSaysWhetherSamplesCoincide) {
             for (std::uint32_t f = image.offsets[p] + 1; f < image.offsets[p + 1]; ++f)
                 image.z[f] = image.z[f - 1] + 1;
         }
-        // Only the very last list has coincident samples, so that the writer must check everything.
+        // Only the last list has coincident samples, so that the writer must check all lists.
         std::size_t last = image.window.pixels() - 1;
         while (image.count(last) < 2)
             --last;
@@ -315,7 +315,7 @@ TEST_F(ExrDeep, ABandThatDoesNotFitThePlanIsRefused) {
             EXPECT_EQ(e.kind(), ErrorKind::kInternal) << e.what();
         }
     };
-    expectInternal([&] {  // rows are left out in between
+    expectInternal([&] {  // rows missing in the middle
         ExrDeepWriter writer(scratch / "out.exr");
         writer.begin(picture.plan);
         writer.write(test::cutRows(picture.image, 1, 5));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests camera attributes: they project points to the right pixels.
+// Tests that camera attributes project points to the right pixels.
 #include <OpenEXR/ImfFloatAttribute.h>
 #include <OpenEXR/ImfStandardAttributes.h>
 #include <OpenEXR/ImfStringAttribute.h>
@@ -45,7 +45,7 @@ TEST_P(Camera, MatricesProjectKnownPoints) {
     const Imf::Header header = exrHeader(plan, {}, plan.view.crop);
     const Imath::M44f to_camera = Imf::worldToCamera(header), to_ndc = Imf::worldToNDC(header);
 
-    // Points are given by their image position: u right, v down, at distance d in front of the eye.
+    // The points have these image positions: u right, v down, at distance d in front of the eye.
     for (const auto& [u, v, d] : {std::array{0.5, 0.5, 4.0},
                                   {0.0, 0.0, 2.0},
                                   {1.0, 1.0, 7.0},
@@ -59,7 +59,7 @@ TEST_P(Camera, MatricesProjectKnownPoints) {
                                static_cast<float>(world.z));
         Imath::V3f camera, ndc;
         to_camera.multVecMatrix(point, camera);
-        to_ndc.multVecMatrix(point, ndc);  // multiplies a row vector and divides by w
+        to_ndc.multVecMatrix(point, ndc);  // a row vector; divides by w
         constexpr float kTolerance = 2e-5F;
         EXPECT_NEAR(camera.x, x, kTolerance * 30);
         EXPECT_NEAR(camera.y, y, kTolerance * 30);

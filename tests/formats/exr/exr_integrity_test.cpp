@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests that integrity checks find every changed bit of a file and, in files without a hash,
-// cameras that contradict themselves.
+// Tests integrity checks: they find every changed bit of a file and, in files without a hash,
+// contradictory cameras.
 #include "formats/exr/exr_integrity.h"
 
 #include <OpenEXR/ImfChannelList.h>
@@ -31,7 +31,7 @@ namespace {
 
 constexpr const char* kOutputHash = "0123456789abcdef";
 
-/// A way to store a small picture.
+/// A format and layout for a small picture.
 struct SmallFile {
     const char* name;
     const char* as;
@@ -57,7 +57,7 @@ std::string write(const SmallFile& file, const std::string& path, bool perspecti
     return path;
 }
 
-/// Whether the reader detects a changed file.
+/// Whether the reader detects that a file has changed.
 bool isFound(const std::string& path) {
     try {
         return exrIntegrity(path).state == ExrIntegrity::kChanged;
@@ -101,8 +101,7 @@ TEST_P(EachBit, ThatHasChangedIsFound) {
     ASSERT_GT(bytes.size(), 1000U);
     for (std::size_t at = 0; at < bytes.size(); ++at) {
         for (std::size_t bit = 0; bit < 8; ++bit) {
-            // Unless the run is exhaustive, flip one bit per byte, a different one in neighbouring
-            // bytes.
+            // The short run flips one bit per byte, different bits in neighbouring bytes.
             if (!exhaustive() && bit != at * 5 % 8) continue;
             const auto put = [&](int value) {
                 file.seekp(static_cast<std::streamoff>(at));
@@ -155,8 +154,8 @@ TEST(ExrIntegrity, IsTheHashThatTheDocumentDescribes) {
         std::memcpy(&value, bytes.data() + at, sizeof value);
         return value;
     };
-    // The nine rows are a single chunk, so the offset table's only entry points to the byte after
-    // it.
+    // The nine rows are a single chunk, so the offset table has one entry, the offset of the byte
+    // after the table.
     std::size_t table = 8;
     while (number(table) != table + 8)
         ++table;
@@ -189,7 +188,7 @@ TEST(ExrIntegrity, FilesWithoutAHashAreToldApart) {
     EXPECT_EQ(exrIntegrity(older).state, ExrIntegrity::kNone);
     EXPECT_EQ(outputHashOf(older), kOutputHash);
     EXPECT_NO_THROW(requireUnchanged(older));
-    // Another program changes the file but copies attributes that it does not know.
+    // Another program changes the file and copies unknown attributes.
     const std::string again = rewrite(
         path, [](Imf::Header& h) { h.insert("comment", Imf::StringAttribute("brighter")); });
     EXPECT_EQ(exrIntegrity(again).state, ExrIntegrity::kChanged);
@@ -255,7 +254,7 @@ TEST_P(CameraOf, AFileWithoutAHashMustNotContradictItself) {
                   h.insert("peeler:projection", Imf::StringAttribute("fisheye"));
               }),
               Sentences{sentence("peeler:projection")});
-    // Either of the two attributes may have been changed, so both are reported.
+    // Either of the two attributes may be the changed one, so both are reported.
     const Sentences both = denied([](Imf::Header& h) {
         std::string& json = h.typedAttribute<Imf::StringAttribute>("peeler:cameraJson").value();
         json.replace(json.find("-0.7"), 4, "-0.8");

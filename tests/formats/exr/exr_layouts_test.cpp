@@ -45,7 +45,7 @@ void writeLayout(const fs::path& path, const SyntheticPicture& picture, std::str
     test::writePicture(writer, picture, {7, 20});
 }
 
-/// Converts a file the way `peeler convert` does.
+/// Converts a file like `peeler convert`.
 void convert(const fs::path& from, Sink& to) {
     const auto reader = openLayered(from);
     const Window crop = reader->info().plan.view.crop;
@@ -222,8 +222,8 @@ TEST_F(ExrLayouts, ASetThatCannotBeFinishedLeavesNothing) {
             path, {.layout = std::string(kPerFileLayout), .provenance = shortProvenance()});
         writer.begin(picture.plan);
         writer.write(LayeredImage(picture.image));
-        // A folder blocks the file that is renamed last, when the others already have their final
-        // names.
+        // This folder blocks the file that is renamed last, when the others already have their
+        // final names.
         fs::create_directory(scratch / "out.layer_000.exr");
         std::ofstream(scratch / "out.layer_000.exr" / "full") << "x";
         EXPECT_THROW(writer.finish(), Error);
@@ -236,9 +236,9 @@ TEST_F(ExrLayouts, APictureOfOthersIsOneLayer) {
     const SyntheticPicture picture = makePicture({.seed = 13});
     ExrCompositeWriter writer(scratch / "ours.exr", {.provenance = shortProvenance()});
     test::writePicture(writer, picture);
-    // This is a composite of ours without its layers, so it is not a layered picture.
+    // A composite of ours without its layers, which is not a layered picture.
     EXPECT_THROW(openLayered(scratch / "ours.exr"), Error);
-    // oiiotool copies our attributes, so it is asked to remove them.
+    // oiiotool copies our attributes, so this erases them.
     for (const char* channels : {"R,G,B,A,Z", "R,G,B,A", "R,G,B"}) {
         const std::string path = scratch / "flat.exr";
         const test::Outcome result =

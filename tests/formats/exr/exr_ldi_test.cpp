@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tests layered EXR files: compares them with OpenEXR pixel by pixel, reads them back with our
-// reader, and expects the same bytes for any bands.
+// reader, and expects the same bytes with any bands.
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfInputPart.h>
@@ -56,7 +56,7 @@ void writeLdi(const fs::path& path, const SyntheticPicture& picture,
     writePicture(writer, picture, heights);
 }
 
-/// Reads one channel of a part with OpenEXR's classes, as values of its own type.
+/// Reads one channel of a part with OpenEXR's classes, as values of the channel's type.
 template <class T>
 std::vector<T> readChannel(Imf::MultiPartInputFile& file, int part_index, const char* name,
                            Imf::PixelType type) {
@@ -328,7 +328,7 @@ TEST_F(ExrLdi, ABandThatDoesNotFitThePlanIsRefused) {
             EXPECT_EQ(e.kind(), ErrorKind::kInternal) << e.what();
         }
     };
-    expectInternal([&] {  // rows are left out in between
+    expectInternal([&] {  // rows missing in the middle
         ExrLdiWriter writer(path, {.provenance = fullProvenance()});
         writer.begin(picture.plan);
         writer.write(test::cutRows(picture.image, 1, 5));
@@ -358,7 +358,7 @@ TEST_F(ExrLdi, DamagedFilesAreErrorsNotCrashes) {
     EXPECT_GT(test::refusalsOfDamaged(scratch / "out.exr", 5, 300), 100);
 }
 
-/// An uncompressed chunk must have its full size, or else pixels would hold stale memory.
+/// An uncompressed chunk must have its full size; otherwise pixels would show uninitialised memory.
 TEST_F(ExrLdi, ChunksThatAreNotCompressedAreWhole) {
     const SyntheticPicture picture = makePicture({.seed = 83, .width = 40, .height = 30});
     const std::string path = scratch / "out.exr";

@@ -47,7 +47,7 @@ ReadPicture read(const std::string& path, const LayeredReadOptions& options = {}
     return picture;
 }
 
-/// Returns a part whose R, G and B, under a prefix, all have this value.
+/// Returns a part with this value in R, G and B, whose names have a prefix.
 FlatPart grey(double value, const std::string& prefix = "") {
     FlatPart part;
     for (const char* name : {"R", "G", "B"})
@@ -214,13 +214,13 @@ TEST_F(ExrPictures, TheOnlyLayerOfChannelsIsThePicture) {
     part.values["ViewLayer.Combined.A"] = {0.75};
     EXPECT_EQ(readFlat({part}).colorAt(0, 0), (Color{0.5F, 0.5F, 0.5F, 0.75F}));
 
-    // With two candidates for the colour, one must be named.
+    // With two candidates, the caller must name the colour.
     part.values.merge(grey(0.25, "diffuse.").values);
     EXPECT_THROW(readFlat({part}), Error);
     LayeredReadOptions diffuse;
     diffuse.part = "diffuse";
     EXPECT_EQ(readFlat({part}, {}, diffuse).colorAt(0, 0), (Color{0.25F, 0.25F, 0.25F, 1}));
-    // If the picture itself is there, too, the prefixed channels are additional channels.
+    // If the unprefixed picture exists too, the prefixed channels are additional channels.
     part.values.merge(grey(0.125).values);
     const ReadPicture both = readFlat({part});
     EXPECT_EQ(both.colorAt(0, 0)[0], 0.125F);
@@ -229,7 +229,7 @@ TEST_F(ExrPictures, TheOnlyLayerOfChannelsIsThePicture) {
 }
 
 TEST_F(ExrPictures, LuminanceAndChromaAreAColour) {
-    // The colour is R, G, B = 0.5, 0.25, 0.125, with the weights of Rec. 709.
+    // R, G, B = 0.5, 0.25, 0.125 with the weights of Rec. 709.
     const double y = 0.2126 * 0.5 + 0.7152 * 0.25 + 0.0722 * 0.125;
     for (const Imf::PixelType type : {Imf::HALF, Imf::FLOAT}) {
         const ReadPicture picture = readFlat({{.values = {{"Y", {y}},
@@ -291,7 +291,8 @@ TEST_F(ExrPictures, PartsAndViewsAreChosen) {
         }
     }
 
-    // A single part may hold both views (the left one's channels have no prefix), even a deep one.
+    // A single part, even a deep one, may contain both views. The left view's channels have no
+    // prefix.
     FlatPart both = grey(0.5);
     both.values.merge(grey(0.25, "right.").values);
     const test::FlatFileOptions multi_view{.header = [](std::size_t, Imf::Header& header) {
@@ -325,7 +326,7 @@ TEST_F(ExrPictures, WhatAHeaderSaysGoesAlong) {
     test::DeepPart part =
         deepPart({{0, 0}, {1, 0}}, {"A", "R", "G", "B", "Z"}, {{1, 0.5, 0.5, 0.5, 2}});
     test::writeDeepFile(path_, {part}, {.header = say});
-    // Attributes must survive from one file to the next, and from there to another.
+    // Attributes must survive two copies in a row.
     std::string from = path_;
     for (const std::string to : {scratch_ / "b.exr", scratch_ / "c.exr"}) {
         ReadPicture picture = read(from);

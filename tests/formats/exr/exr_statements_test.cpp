@@ -94,7 +94,7 @@ std::string sampleAt(double z) {
     return samples({"A", "R", "G", "B", "Z"}, {{1, 0.5, 0.5, 0.5, z}});
 }
 
-/// Returns two deep parts, the second with this number of samples per pixel.
+/// Returns two deep parts; the second has this number of samples per pixel.
 std::string deepParts(std::size_t second, const std::string& channel) {
     DeepPart a = deepPart({{0, 0}, {1, 0}}, {"A", "R", "G", "B", "Z"}, {{1, 0.5, 0.5, 0.5, 2}});
     DeepPart b = deepPart({{0, 0}, {1, 0}}, {channel, "Z"},
@@ -104,7 +104,7 @@ std::string deepParts(std::size_t second, const std::string& channel) {
     return deep({a, b});
 }
 
-/// Returns the file with a different value of the attribute `compression`.
+/// Returns the file with another value of the attribute `compression`.
 std::string compressedAs(std::string bytes, char compression) {
     const std::string record("compression\0compression\0\1\0\0\0", 28);
     bytes.at(bytes.find(record) + record.size()) = compression;
@@ -120,8 +120,8 @@ ChangeHeader views(bool parts) {
     };
 }
 
-/// Reads all pixels; returns the warnings. Statements that are not about the header are in files
-/// named pixels.exr.
+/// Reads all pixels. Returns the warnings. Statements outside the header are in files named
+/// pixels.exr.
 std::vector<Text> readStatement(const std::filesystem::path& file, bool strict) {
     LayeredReadOptions options;
     options.strict = strict;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests chunks of every small size, packed and unpacked. Unpacking adds in words of 8 bytes and
-// treats the remainder separately.
+// Tests packing and unpacking of chunks of every small size. The unpacker adds words of 8 bytes,
+// and the remaining bytes separately.
 #include "formats/exr/exr_chunks.h"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@
 namespace peeler {
 namespace {
 
-/// Returns two-byte pixels; each increases slowly or jumps, and wraps at 256.
+/// Returns two-byte pixels. Each of the two bytes increases slowly or jumps, and wraps at 256.
 std::vector<std::byte> slowPixels(std::size_t size, std::mt19937& random) {
     std::vector<std::byte> bytes(size);
     for (std::size_t i = 0; i < size; ++i) {

@@ -19,13 +19,13 @@
 
 namespace peeler::test {
 
-/// The pixels of one part. Each channel has one number per pixel of the data window, row-major, or
-/// a single number for all pixels.
+/// The pixels of one part. A channel has one number per pixel of the data window (row-major), or a
+/// single number for all pixels.
 struct FlatPart {
     std::string name = "flat";
     Imath::Box2i window{{0, 0}, {3, 2}};
     std::map<std::string, std::vector<double>> values{};
-    std::map<std::string, Imf::PixelType> types{};  ///< types of the channels that are not half
+    std::map<std::string, Imf::PixelType> types{};  ///< types of channels that are not half
     int sampling = 1;                               ///< subsampling of all channels
 
     Imf::PixelType typeOf(const std::string& channel) const {
@@ -106,7 +106,7 @@ inline void writeFlatFile(const std::string& path, const std::vector<FlatPart>& 
     }
 }
 
-/// Writes `parts` parts of black pixels with the same windows; `change` changes each header.
+/// Writes `parts` parts of black pixels with these windows. `change` modifies each header.
 inline void writeBlackFile(const std::string& path, const Imath::Box2i& window,
                            const Imath::Box2i& display,
                            const std::function<void(Imf::Header&)>& change = {},

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests the names of IDs: written and read through OpenEXR's own manifest, and read back from the
+// Tests the names of IDs: written and read by OpenEXR's own manifest, and read back from the
 // attribute's bytes.
 #include "formats/exr/exr_header.h"
 
@@ -26,7 +26,7 @@ namespace {
 const IdNames kNames{
     {"body", "body", "Übergröße", ""}, {"glass", "default material"}, {0, 1, 2, 1}};
 
-/// Returns the attribute of a header as stored: its length and zlib's data.
+/// Returns the header's attribute as stored: its length and a zlib stream.
 std::vector<std::byte> stored(const IdNames& names) {
     Imf::Header header;
     for (const char* channel : {"layer_000.id.object", "layer_000.id.material", "id.objects"})
@@ -112,8 +112,7 @@ TEST(IdManifest, DamageIsAnError) {
 
 TEST(IdManifest, ShorterThanItsVersion) {
     for (std::uint8_t n = 0; n < 4; ++n) {
-        // The bytes are a zlib stream (RFC 1950): a stored block, n zeros, and their Adler-32, n *
-        // 2^16 + 1.
+        // A zlib stream (RFC 1950): a stored block, n zeros, and their Adler-32, n * 2^16 + 1.
         std::vector<std::uint8_t> bytes = {n, 0, 0, 0, 0, 0, 0, 0, 0x78, 0x01, 1, n, 0};
         bytes.insert(bytes.end(), {static_cast<std::uint8_t>(~n), 0xFF});
         bytes.insert(bytes.end(), n, 0);
@@ -127,8 +126,8 @@ TEST(IdManifest, ShorterThanItsVersion) {
     }
 }
 
-/// The names have common prefixes, are empty, repeated, or longer than 255 bytes, because OpenEXR
-/// writes common prefixes once and the most used names first.
+/// The names have common prefixes, are empty, repeated, or longer than 255 bytes: OpenEXR writes
+/// common prefixes once, and the most frequent names first.
 TEST(IdManifest, AnyNamesReadBack) {
     std::mt19937 random(11);
     for (int round = 0; round < 60; ++round) {
@@ -147,7 +146,7 @@ TEST(IdManifest, AnyNamesReadBack) {
     }
 }
 
-/// A manifest, written piece by piece as stored bytes.
+/// A manifest written piece by piece, as uncompressed bytes.
 class ManifestBytes {
   public:
     ManifestBytes& number(std::uint32_t value) {
@@ -160,7 +159,7 @@ class ManifestBytes {
             bytes_ += text;
         return *this;
     }
-    /// Returns the reason for which the manifest is refused, or "".
+    /// Returns the reason for rejecting the manifest; "" if it is accepted.
     std::string problem() const {
         const auto size = static_cast<std::uint64_t>(bytes_.size());
         std::vector<std::byte> stored(8 + bytes_.size() / 500 + 1000);
@@ -183,17 +182,16 @@ class ManifestBytes {
     std::string bytes_ = std::string(4, '\0');  // the version
 };
 
-/// Manifests that compress to less than 200 KB but would take gigabytes or minutes to decode
-/// naively.
+/// Manifests that compress to less than 200 KB, but take gigabytes or minutes to decode naively.
 TEST(IdManifest, AsksForNoMoreThanNamesNeed) {
     constexpr std::uint32_t kTexts = 2'000'000, kRuns = 1'000'000, kIds = 4'000'000;
     const std::string too_much = "the manifest is damaged: its names are too many or too long";
-    // One text of 255 letters is repeated by all others.
+    // All texts repeat one text of 255 letters.
     ManifestBytes again;
     again.number(kTexts).text("\xFF\1").text("\1", kTexts - 1);
     again.text(std::string(255, 'a')).text("\xFF", kTexts - 1);
     EXPECT_EQ(again.problem(), too_much);
-    // A million runs each consist of a hundred thousand texts.
+    // A million runs, each of a hundred thousand texts.
     ManifestBytes runs;
     runs.number(100'000).text(std::string(1, '\0')).text("\1", 99'999);
     runs.text(std::string(1, '\0'), 99'999).number(kRuns);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures made from a seed: random fragment lists and their plan, cut into arbitrary bands.
+// Pictures generated from a seed: random fragment lists and their plan, cut into arbitrary bands.
 #pragma once
 
 #include <Imath/half.h>
@@ -45,7 +45,7 @@ inline void appendColor(FragmentArray& array, float value) {
 }
 
 /// Returns a picture of blocks of pixels with 0 to `most_layers` fragments. A third of the
-/// fragments are at the depth of the previous one, and deeper layers cover ever smaller windows.
+/// fragments have the depth of the previous fragment. Deeper layers cover ever smaller windows.
 inline SyntheticPicture makePicture(const SyntheticOptions& options) {
     SyntheticPicture picture;
     Plan& plan = picture.plan;
@@ -104,7 +104,7 @@ inline SyntheticPicture makePicture(const SyntheticOptions& options) {
     return picture;
 }
 
-/// Returns the rows [y0, y1) as an image of their own.
+/// Returns the rows [y0, y1) as a separate image.
 inline LayeredImage cutRows(const LayeredImage& image, int y0, int y1) {
     LayeredImage band;
     band.window = {image.window.x0, y0, image.window.x1, y1};

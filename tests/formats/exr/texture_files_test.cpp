@@ -33,7 +33,7 @@ TEST(TextureFiles, PngHoldsNumbersLinearlyInSixteenBits) {
 }
 
 TEST(TextureFiles, ExrHasAPartATextureTopRowFirst) {
-    // With 37 rows the last chunk is a partial one.
+    // With 37 rows, the last chunk is incomplete.
     constexpr int kSize = 37;
     ValueTexture grey{"material_0", kSize, 1, {}}, rgb{"material_4", kSize, 3, {}};
     for (int i = 0; i < kSize * kSize; ++i) {

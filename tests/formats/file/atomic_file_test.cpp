@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests atomic files: the final name exists only for a complete file; failures leave nothing behind
-// and give the reason.
+// Tests atomic files: the final name exists only for a complete file; failures leave no files, and
+// report the reason.
 #include "formats/file/atomic_file.h"
 
 #include <gtest/gtest.h>
@@ -54,8 +54,8 @@ std::size_t filesIn(const fs::path& folder) {
         std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
 }
 
-/// Returns the text of the Error that an action throws, which must be of kind kOutput and have a
-/// location and a hint.
+/// Returns the text of the Error that an action throws. It must be of kind kOutput, with a location
+/// and a hint.
 std::string outputError(const std::function<void()>& action) {
     try {
         action();
@@ -78,7 +78,7 @@ class Atomic : public testing::Test {
 TEST_F(Atomic, AppendsAndPatchesThenStandsUnderItsName) {
     std::string wanted;
     AtomicFile file(path);
-    // The pieces are smaller and larger than the buffer, and more than it holds in total.
+    // Some pieces are smaller than the buffer, others larger; their total exceeds the buffer.
     for (int i = 0; i < 300; ++i) {
         const std::string piece(i % 100 == 0 ? 3'000'000 : 7919, static_cast<char>('a' + i % 26));
         file.append(textBytes(piece));
@@ -139,7 +139,7 @@ TEST_F(Atomic, SymbolicLinksAreFollowed) {
 TEST_F(Atomic, SymbolicLinksAreFollowedToWhatIsNotThereYet) {
     fs::create_directory(scratch / "v003");
     fs::create_symlink("v003/out.bin", scratch / "latest");
-    fs::create_symlink("latest", path);  // the path leads to the file by two links
+    fs::create_symlink("latest", path);  // the path leads to the file through two links
     AtomicFile file(path);
     file.append(textBytes("new"));
     file.commit();
@@ -147,7 +147,7 @@ TEST_F(Atomic, SymbolicLinksAreFollowedToWhatIsNotThereYet) {
     EXPECT_TRUE(fs::is_symlink(scratch / "latest"));
     EXPECT_EQ(test::bytesOf(scratch / "v003/out.bin"), "new");
     EXPECT_EQ(filesIn(scratch / "v003"), 1U);
-    // The link is absolute and leads into a missing folder.
+    // An absolute link into a missing folder.
     fs::create_symlink(scratch / "v004/out.bin", scratch / "next");
     AtomicFile(scratch / "next").commit();
     EXPECT_TRUE(fs::is_symlink(scratch / "next"));
@@ -175,7 +175,7 @@ TEST_F(Atomic, TwoWritersOfOneNameDoNotDisturbEachOther) {
 }
 
 TEST_F(Atomic, TogetherAllAppearOrNone) {
-    // Few files are synced one by one, many through their file system.
+    // A few files are synced one by one, many by syncing their file system.
     for (const std::size_t count : {3U, 20U}) {
         for (const bool blocked : {false, true}) {
             const fs::path folder = scratch / (std::to_string(count) + (blocked ? "b" : "a"));
@@ -269,7 +269,7 @@ int inChild(const std::function<void()>& action) {
     return status;
 }
 
-/// The host program may have closed the standard streams; a file with the number of one would
+/// The host program may have closed its standard streams. A file with such a descriptor would
 /// receive a driver's output.
 TEST_F(Atomic, HasNoNumberOfAStandardStream) {
     const int status = inChild([&] {
@@ -294,7 +294,7 @@ TEST_F(Atomic, WhatAKilledProcessLeftIsRemovedByTheNextOne) {
     });
     ASSERT_TRUE(WIFSIGNALED(status));
     ASSERT_EQ(filesIn(scratch.path()), 1U);
-    std::ofstream(scratch / ".other.peeler-notes") << "mine";  // a hidden file that is not ours
+    std::ofstream(scratch / ".other.peeler-notes") << "mine";  // a hidden file of another program
     AtomicFile next(scratch / "next.bin");
     EXPECT_EQ(filesIn(scratch.path()), 2U);
     EXPECT_TRUE(fs::exists(scratch / ".other.peeler-notes"));
@@ -305,7 +305,7 @@ TEST_F(Atomic, WhatIsStillBeingWrittenStays) {
     AtomicFile first(path);
     first.append(textBytes("whole"));
     first.flush();
-    // Under this other name for the folder, a process checks it for remains again.
+    // The folder's path is spelled differently, so the process looks for remains again.
     const int status = inChild([&] { AtomicFile(scratch / "./other.bin").commit(); });
     EXPECT_EQ(status, 0);
     first.commit();

@@ -14,8 +14,8 @@ std::uint64_t hashOf(std::string_view text, std::uint64_t seed) {
     return contentHash(std::as_bytes(std::span(text)), seed);
 }
 
-// The values are from xxHash's specification and from python3-xxhash: xxh64("Nobody inspects the
-// spammish repetition").
+// From xxHash's specification, and from python3-xxhash: xxh64("Nobody inspects the spammish
+// repetition").
 TEST(ContentHash, IsXxh64) {
     EXPECT_EQ(hashOf("", 0), 0xEF46DB3751D8E999U);
     EXPECT_EQ(hashOf("Nobody inspects the spammish repetition", 0), 0xFBCEA83C8A378BF1U);

@@ -18,18 +18,18 @@ namespace peeler::test {
 
 /// One statement of a format, in the smallest file that contains it.
 struct Statement {
-    std::string says;     ///< the statement: first cell of its row in formats/README.md
-    std::string becomes;  ///< its outcome, the second cell: "read", "warned" or "refused"
+    std::string says;     ///< first cell of its row in formats/README.md
+    std::string becomes;  ///< second cell, the outcome: "read", "warned" or "refused"
     std::string name;     ///< the file's name
     std::string bytes;
     std::map<std::string, std::string> beside{};  ///< other files in its folder, by name
 };
 
-/// Reads a file, or throws Error (kInput), and returns its warnings.
+/// Reads a file and returns its warnings. Throws Error (kInput) if the file is rejected.
 using ReadStatement =
     std::function<std::vector<Text>(const std::filesystem::path& file, bool strict)>;
 
-/// Returns the rows of the table below "### FORMAT" in formats/README.md, as statement and outcome.
+/// Returns the rows of the table below "### FORMAT" in formats/README.md, as {statement: outcome}.
 inline std::map<std::string, std::string> statementRows(const std::string& format) {
     std::istringstream text(bytesOf(sourceDir() / "formats/README.md"));
     std::map<std::string, std::string> rows;
@@ -46,8 +46,8 @@ inline std::map<std::string, std::string> statementRows(const std::string& forma
     return rows;
 }
 
-/// Returns a statement's outcome: "read", "warned" or "refused". Fails unless --strict refuses
-/// exactly those that are warned or refused.
+/// Returns a statement's outcome: "read", "warned" or "refused". With --strict, exactly the
+/// statements that are warned or refused must be errors.
 inline std::string outcomeOf(const std::filesystem::path& file, const ReadStatement& read) {
     std::string outcome;
     try {

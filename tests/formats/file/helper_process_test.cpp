@@ -123,7 +123,7 @@ TEST(HelperProcess, InheritsNothing) {
     EXPECT_EQ(result.takeOne<std::uint64_t>(), 0U) << "an ignored signal";
 }
 
-/// Whether this kernel filters system calls and this build has a filter for this architecture.
+/// Whether this kernel filters system calls, and this build has a filter for this architecture.
 bool filtersCalls() {
 #if defined(__x86_64__) || defined(__aarch64__)
     return !kShadowMemory && prctl(PR_GET_SECCOMP, 0, 0, 0, 0) >= 0;
@@ -184,7 +184,7 @@ TEST(HelperProcess, BelievesNoLieAboutAnError) {
     }
 }
 
-/// If SIGCHLD is ignored, no exit status is available, so the result itself must show success.
+/// If SIGCHLD is ignored, there is no exit status, so success must be visible in the result itself.
 TEST(HelperProcess, WorksWhereChildrenAreIgnored) {
     const auto action = std::signal(SIGCHLD, SIG_IGN);
     EXPECT_EQ(ask("echo", {1, 2}).take<std::uint8_t>(), (Bytes{1, 2}));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests JSON written and read: any string can be written, and error messages are short.
+// Tests writing and reading JSON: any string can be written, and error messages are short.
 #include "formats/file/json_text.h"
 
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ TEST(JsonText, CanAlwaysBeWritten) {
     const Json value = {{"list", {"*[\xe8g]lass*", "ok"}}, {"\xff", {{"deep", "ä\x80"}}}};
     EXPECT_EQ(dumpJson(value), R"({"\\xff":{"deep":"ä\\x80"},"list":["*[\\xe8g]lass*","ok"]})");
     EXPECT_TRUE(Json::accept(dumpJson(value)));
-    // Different strings stay different, so hashes of the JSON distinguish them.
+    // Different strings must stay different, so that hashes of the JSON differ.
     EXPECT_NE(dumpJson(Json("\xe8")), dumpJson(Json("\xe9")));
     EXPECT_EQ(dumpJson(nlohmann::ordered_json{{"z", "\xc0"}, {"a", 1}}), R"({"z":"\\xc0","a":1})");
     EXPECT_EQ(shownJson("\xe8"), R"("\\xe8")");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A stand-in for a decoder that its data has hijacked: it answers with arbitrary bytes.
+// A fake decoder that answers with arbitrary bytes, as if its data had hijacked it.
 #pragma once
 
 #include <cstring>
@@ -19,13 +19,13 @@ class Answer {
         bytes_.insert(bytes_.end(), bytes, bytes + sizeof value);
         return *this;
     }
-    /// Adds an array: a size, which may be false, and bytes.
+    /// Adds an array: a size, which may be wrong, and bytes.
     Answer& addArray(std::uint64_t size, const Bytes& bytes) {
         add(size).bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
         return *this;
     }
 
-    /// Returns the result of runHelper() for a program that gives this answer.
+    /// Returns the result of runHelper() for a program that answers with these bytes.
     SharedFile run() const {
         const ScratchDir scratch;
         const std::filesystem::path program = scratch / "decoder";

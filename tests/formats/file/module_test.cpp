@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests that modules are found relative to the code that looks for them, whether that is in a
-// program or in a library.
+// Tests that modules are found relative to the code that looks for them, in a program or a library.
 #include "formats/file/module.h"
 
 #include <dlfcn.h>
@@ -18,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Returns the module "part" that a library in this folder finds.
+/// Returns the path of the module "part" as found by a library in this folder.
 std::string foundFrom(const fs::path& folder) {
     fs::create_directories(folder);
     const fs::path library = folder / "finder.so";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests the opening of files: regular files are read, everything else is refused at once.
+// Tests the opening of files: regular files are read, all other kinds are rejected at once.
 #include "formats/file/regular_file.h"
 
 #include <fcntl.h>
@@ -60,8 +60,8 @@ TEST(RegularFile, IsReadInPartsAndAtOnce) {
     EXPECT_EQ(file.readSome(20, four), 0U);
 }
 
-/// Calls every entry point with paths that are not regular files: none may wait, and all must
-/// report it.
+/// Calls every entry point with paths that are not regular files. None may wait, and all must
+/// report the error.
 TEST(RegularFile, PipesDevicesAndFoldersAreRefused) {
     const ScratchDir scratch;
     ASSERT_EQ(mkfifo((scratch / "pipe").c_str(), 0600), 0);
@@ -85,7 +85,7 @@ TEST(RegularFile, PipesDevicesAndFoldersAreRefused) {
     for (const auto& [path, words] : places) {
         if (path == "/dev/tty" && !RegularFile(path).isOpen() &&
             messageOf([&] { readRegularText(path); }).find(words) == std::string::npos)
-            continue;  // without a terminal it cannot even be opened
+            continue;  // without a terminal, /dev/tty cannot even be opened
         const std::function<void()> ways[] = {
             [&] { readRegularText(path); },
             [&] { fileKind(path); },
@@ -108,7 +108,8 @@ TEST(RegularFile, PipesDevicesAndFoldersAreRefused) {
     close(server);
 }
 
-/// Returns the kind of the Error that an action throws, if any; its text must give the reason.
+/// Returns the kind of the Error that an action throws, if any. The error's text must have the
+/// reason.
 std::optional<ErrorKind> kindOf(const std::function<void()>& action) {
     try {
         action();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests tar shards: byte by byte against IEEE Std 1003.1-2017 (pax, "ustar Interchange Format"),
-// read with Python's tarfile, and full, kept or damaged.
+// Tests tar shards: compares their bytes with IEEE Std 1003.1-2017 (pax, "ustar Interchange
+// Format"), reads them with Python's tarfile, and tests full, kept and damaged shards.
 #include "formats/file/tar_shards.h"
 
 #include <gtest/gtest.h>
@@ -47,7 +47,7 @@ class Shards : public testing::Test {
                                     {"ldi.npz", write("in.npz", "npz of " + key)}};
         return shards.add(key, {{"outputHash", hash}, {"scene", key}}, files);
     }
-    /// Runs over samples and keeps the valid ones; returns the keys of those that it added.
+    /// Adds samples in one run, and keeps the valid ones. Returns the keys of the added samples.
     std::vector<std::string> run(const std::vector<std::pair<std::string, std::string>>& samples,
                                  const ShardSettings& settings, bool all = true) const {
         TarShards shards(pattern_, settings);
@@ -156,8 +156,8 @@ TEST_F(Shards, AreThoseOfPythonAndReadByIt) {
     EXPECT_EQ(members[1][1], "key_0001.none");
     EXPECT_EQ(members[1][2], "");
     EXPECT_EQ(members[2][2], "{\"outputHash\":\"0f\",\"view\":1}\n");
-    // Python must write the same file except for the device numbers, which it leaves empty, the
-    // checksums that include them, and the zeros that fill its last record.
+    // Python must write the same file, except for the device numbers (it leaves them empty), the
+    // checksums that include these, and the zeros that fill the last record.
     const auto made = test::runPython(R"(
 import io, sys, tarfile
 source, made = open(sys.argv[1], "rb").read(), io.BytesIO()
@@ -183,8 +183,8 @@ assert compared(made.getvalue()) == compared(source)
 TEST_F(Shards, AreFullByNumberOrBySize) {
     EXPECT_EQ(run(samples({"a", "b", "c", "d", "e"}), {.samples = 2}).size(), 5U);
     EXPECT_EQ(bytes().size(), 3U);
-    // A sample has three headers and 1024 + 512 + 512 bytes of data; a file has 1024 more bytes at
-    // its end.
+    // A sample has three headers and 1024 + 512 + 512 bytes of data. A file has another 1024 bytes
+    // at its end.
     const std::uint64_t sample = 3 * 512 + 1024 + 512 + 512;
     for (const auto& [most, shards] : {std::pair{2 * sample + 1024, std::size_t{3}},
                                        std::pair{2 * sample + 1023, std::size_t{5}},
@@ -210,7 +210,7 @@ TEST_F(Shards, OfWhichAllIsKeptAreNotTouched) {
     EXPECT_EQ(bytes(), before);
     for (int i = 0; i < 3; ++i)
         EXPECT_EQ(inode(i), inodes[i]);
-    // Only a missing shard is written again.
+    // Only the missing shard is written again.
     fs::remove(shard(1));
     EXPECT_EQ(run(all, settings), (std::vector<std::string>{"c", "d"}));
     EXPECT_EQ(bytes(), before);
@@ -230,7 +230,7 @@ TEST_F(Shards, AreMadeOfWhatIsKeptAndWhatIsNew) {
     EXPECT_NE(bytes(), wanted);
     EXPECT_EQ(run(all, settings), std::vector<std::string>{"d"});
     EXPECT_EQ(bytes(), wanted) << "as if made at once";
-    // With other limits, another order or fewer samples, nothing is written again, and surplus
+    // With other limits, another order or fewer samples, no shard is written again, and surplus
     // shards are reported.
     EXPECT_TRUE(run(all, {.samples = 3}).empty());
     EXPECT_EQ(surplus_, shard(2).string());
@@ -260,7 +260,7 @@ TEST_F(Shards, ThatAreDamagedCountForNothing) {
     EXPECT_EQ(made(whole.substr(0, whole.size() - 1)), 2U);
     EXPECT_EQ(made(whole.substr(0, whole.size() - 512)), 2U);
     EXPECT_EQ(made(whole + std::string(512, '\0')), 2U);
-    // Sizes and names in headers are not trusted: after damage both samples are added again.
+    // Sizes and names in headers are not trusted: after damage, both samples are added again.
     for (const auto& [at, text] : {std::pair<std::size_t, std::string>{124, "77777777777"},
                                    {124, "00000000000"},
                                    {0, "/"},
@@ -273,7 +273,7 @@ TEST_F(Shards, ThatAreDamagedCountForNothing) {
         damaged.replace(at, text.size(), text);
         EXPECT_EQ(made(damaged), 2U) << at << ' ' << text;
     }
-    // Even with a correct checksum, a size that exceeds the file is not trusted.
+    // A size that exceeds the file is not trusted, even with a correct checksum.
     std::string damaged = whole;
     damaged.replace(124, 11, "77777777777");
     unsigned sum = 8 * ' ';
@@ -283,7 +283,7 @@ TEST_F(Shards, ThatAreDamagedCountForNothing) {
     std::snprintf(text, sizeof text, "%06o", sum);
     damaged.replace(148, 6, text);
     EXPECT_EQ(made(damaged), 2U);
-    // A sample's recorded properties must be valid JSON, too.
+    // The recorded properties of a sample must also be valid JSON.
     const std::size_t about = whole.find("{\"outputHash\"");
     damaged = whole;
     damaged[about] = '[';
@@ -338,8 +338,7 @@ TEST_F(Shards, FilesInAScratchFolderGoWithIt) {
         EXPECT_TRUE(fs::exists(folder)) << "it is locked";
     }
     EXPECT_TRUE(fs::is_empty(scratch_ / "new"));
-    // A killed process of this machine left this folder. The folder is not locked, so it is
-    // removed.
+    // A folder as left by a killed process of this machine. It is not locked, so it is removed.
     const fs::path left = scratch_ / "other" / folder.filename();
     fs::create_directories(left);
     std::ofstream(left / "a.png") << "half";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests glTF files to which baked values were added: nothing else may be lost.
+// Tests glTF files with added baked values: all other data must be kept.
 #include "formats/gltf/baked_gltf.h"
 
 #include <gtest/gtest.h>
@@ -45,8 +45,8 @@ struct Glb {
     std::span<const std::uint8_t> binary;
 };
 
-/// Returns baked data for the triangle at a node: grey levels as colours, and ten times as much as
-/// values.
+/// Returns baked data for the triangle at a node: grey levels as colours, and ten times the grey
+/// levels as values.
 BakedPrimitive values(int node, std::uint16_t grey = 1000) {
     BakedPrimitive result;
     result.node = node;
@@ -59,7 +59,7 @@ BakedPrimitive values(int node, std::uint16_t grey = 1000) {
     return result;
 }
 
-/// Returns the path of a .glb in the source's folder: the file with these values added.
+/// Returns the path of a new .glb in the source's folder: the source with these values added.
 fs::path bake(const fs::path& source, const std::vector<BakedPrimitive>& primitives) {
     GlbWriter package(source, GltfOptions{});
     addVertexValues(package, "_AO", primitives);
@@ -84,7 +84,7 @@ tinygltf::Model readByTinygltf(const fs::path& path) {
 }
 
 TEST(BakedGltf, HasColoursThatNoTargetDisplaces) {
-    // The values are baked for a pose in which the targets have already displaced colours.
+    // The values are baked for a pose in which the targets displace the colours.
     const ScratchDir folder;
     GltfBuilder builder = triangle();
     const int black = builder.addAccessor<float>(std::vector<float>(9), "VEC3");
@@ -156,7 +156,7 @@ TEST(BakedGltf, KeepsWhatItDoesNotKnow) {
 }
 
 TEST(BakedGltf, TakesInBuffersAndImagesFromEverywhere) {
-    // Positions are in a data URI and the rest is in a file; one image is in a file, the other in a
+    // Positions are in a data URI, other data is in a file; one image is in a file, the other in a
     // data URI.
     const ValueTexture dot{"", 1, 3, {1, 0, 0}};
     const Bytes png = encodePng(dot, 8);
@@ -232,7 +232,7 @@ TEST(BakedGltf, CopiesMeshesThatNodesShowDifferently) {
         builder.gltf["nodes"].push_back({{"mesh", 0}, {"name", "node " + std::to_string(i)}});
     const ScratchDir folder;
     const fs::path source = builder.write(folder);
-    // Nodes 0 and 2 have the same values, node 1 has different ones, node 3 has none.
+    // Nodes 0 and 2 have the same values, node 1 has others, node 3 has none.
     const Glb glb(bake(source, {values(0), values(1, 2000), values(2)}));
     ASSERT_EQ(glb.json["meshes"].size(), 3U);
     const auto mesh_of = [&](std::size_t node) {
@@ -249,15 +249,15 @@ TEST(BakedGltf, CopiesMeshesThatNodesShowDifferently) {
     EXPECT_NE(attributes(0)["COLOR_0"], attributes(1)["COLOR_0"]);
     EXPECT_EQ(glb.json["accessors"].size(), 1U + 4U);
 
-    // If all nodes have the same values, no mesh is copied.
+    // If all nodes have the same values, the mesh is not copied.
     const Glb same(bake(source, {values(0), values(1), values(2), values(3)}));
     EXPECT_EQ(same.json["meshes"].size(), 1U);
     EXPECT_EQ(same.json["accessors"].size(), 1U + 2U);
 }
 
 TEST(BakedGltf, NumbersVerticesAsTheFileDoes) {
-    // The file has six vertices, of which only the second triangle's are drawn, by the second
-    // primitive; the first one is skipped.
+    // The file has six vertices. The first primitive is skipped; the second draws only the second
+    // triangle.
     GltfBuilder builder = triangle();
     builder.gltf["accessors"].clear();
     builder.gltf["bufferViews"].clear();
@@ -295,7 +295,7 @@ TEST(BakedGltf, GivesMaterialsOcclusionTextures) {
     package.write((folder / "baked.glb").string());
     readByTinygltf(folder / "baked.glb");
     const Scene scene = readGltf(folder / "baked.glb");
-    // The file has two materials; the reader adds the default one.
+    // The file has two materials; the reader adds the default material.
     ASSERT_EQ(scene.materials.size(), 3U);
     const Material& paint = scene.materials[0];
     EXPECT_TRUE(paint.double_sided);
@@ -310,8 +310,8 @@ TEST(BakedGltf, GivesMaterialsOcclusionTextures) {
 }
 
 TEST(BakedGltf, LeavesMaterialsToPrimitivesWithoutThoseUvs) {
-    // Two primitives have material 0, and material 1 in a variant; one of them has UVs. Two others
-    // have no material; one of them has UVs.
+    // Two primitives have material 0, and material 1 in a variant; one of the two has UVs. Two
+    // other primitives have no material; one of them has UVs.
     GltfBuilder builder = triangle();
     const Json bare = builder.primitive();
     const int uv = builder.addAccessor<float>({0, 0, 1, 0, 0, 1}, "VEC2");
@@ -426,7 +426,7 @@ TEST(BakedGltf, StandsBesideDracosAttributes) {
         return glb.json["accessors"][primitive["attributes"][name].get<std::size_t>()]["count"];
     };
     for (const char* name : {"POSITION", "COLOR_0", "_AO"})
-        // This is the decoded count, not the one that the file claims.
+        // The decoded count, not the one that the file declares.
         EXPECT_EQ(count_of(name), 3) << name;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests that vertex data of every legal kind is read exactly, and that damaged data is refused.
+// Tests that all legal kinds of vertex data are read exactly, and that damaged data is rejected.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -150,8 +150,7 @@ TEST(GltfAccessor, AppliesSparseSubstitutionToIndicesAndToAStretch) {
         {"indices", {{"bufferView", places}, {"componentType", 5123}}},
         {"values", {{"bufferView", values}}}};
     builder.attributes()["POSITION"] = position;
-    // The indices have no buffer view either: they are zeros except for the substitutes, which here
-    // replace all.
+    // The indices have no buffer view either: they are zeros, all replaced by the sparse values.
     const int which = builder.addView(toBytes<std::uint8_t>({0, 1, 2}));
     const int index_values = builder.addView(toBytes<std::uint32_t>({3, 4, 5}));
     builder.primitive()["indices"] =
@@ -163,7 +162,7 @@ TEST(GltfAccessor, AppliesSparseSubstitutionToIndicesAndToAStretch) {
                                {"indices", {{"bufferView", which}, {"componentType", 5121}}},
                                {"values", {{"bufferView", index_values}}}}}});
     const Scene scene = load(builder);
-    // Only vertices 3 … 5 are indexed, so only they are kept.
+    // Only vertices 3 … 5 are used, so only these are kept.
     EXPECT_EQ(onlyPrimitive(scene).positions,
               (std::vector<glm::vec3>{{3, 0, 0}, {9, 9, 9}, {5, 0, 0}}));
     EXPECT_EQ(onlyPrimitive(scene).indices, (std::vector<std::uint32_t>{0, 1, 2}));
@@ -188,7 +187,7 @@ TYPED_TEST(IndexType, IsReadAndChecked) {
     EXPECT_NE(std::string(errorOf(builder).what()).find("restart"), std::string::npos);
 }
 
-/// Damage::json is a JSON patch (RFC 6902) of triangle(), whose buffer has 36 bytes.
+/// Damage::json is a JSON patch (RFC 6902) for triangle(), whose buffer has 36 bytes.
 class GltfAccessorDamage : public testing::TestWithParam<Damage> {};
 
 TEST_P(GltfAccessorDamage, IsRefusedWithItsPointer) {

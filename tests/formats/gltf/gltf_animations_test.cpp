@@ -9,7 +9,7 @@
 namespace peeler::test {
 namespace {
 
-/// Returns a triangle whose node moves from (0, 0, 0) to (1, 2, 3) within two seconds.
+/// Returns a triangle whose node moves from (0, 0, 0) to (1, 2, 3) in two seconds.
 GltfBuilder movingTriangle() {
     GltfBuilder builder = triangle();
     const int times = builder.addAccessor<float>({0.5F, 2.5F}, "SCALAR");
@@ -89,7 +89,7 @@ TEST(GltfAnimations, ASamplerMayServeSeveralProperties) {
 
 TEST(GltfAnimations, LeaveOutWhatTheyCannotMove) {
     GltfBuilder builder = movingTriangle();
-    // The specification requires channels without a node to be ignored.
+    // The specification requires that channels without a node are ignored.
     channel(builder)["target"].erase("node");
     EXPECT_TRUE(load(builder).animations[0].channels.empty());
     EXPECT_TRUE(load(builder).warnings.empty());
@@ -161,7 +161,7 @@ TEST(GltfAnimations, RefuseDamage) {
 
 TEST(GltfAnimations, HaveALimit) {
     GltfOptions tight;
-    tight.max_geometry_bytes = 100;  // the triangle alone takes 36
+    tight.max_geometry_bytes = 100;  // the triangle takes 36
     GltfBuilder builder = movingTriangle();
     EXPECT_EQ(load(builder, tight).animations.size(), 1U);
     builder.gltf["animations"].push_back(builder.gltf["animations"][0]);

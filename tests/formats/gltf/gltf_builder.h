@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A builder of small glTF files for tests: JSON plus a buffer that grows by whole accessors.
+// A builder of small glTF files for tests: JSON, and a buffer to which accessors are appended.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -68,8 +68,8 @@ struct GltfBuilder {
     Json gltf = {{"asset", {{"version", "2.0"}}}};
     Bytes bin;
 
-    /// Appends bytes (4-byte aligned) as a buffer view and returns its index; `more` adds members,
-    /// e.g. byteStride.
+    /// Appends bytes as a buffer view, 4-byte aligned, and returns its index. `more` adds members
+    /// such as byteStride.
     int addView(const Bytes& bytes, const Json& more = Json::object()) {
         while (bin.size() % 4)
             bin.push_back(0);
@@ -136,7 +136,7 @@ inline Scene load(GltfBuilder builder, const GltfOptions& options = {}) {
     return readGltf(builder.write(folder), options);
 }
 
-/// Returns the error that reading the file gives; fails if it succeeds.
+/// Returns the error from reading the file. The test fails if reading succeeds.
 inline Error errorOf(const std::filesystem::path& path, const GltfOptions& options = {}) {
     try {
         readGltf(path, options);
@@ -156,7 +156,8 @@ struct Damage {
     const char *name, *json, *where;
 };
 
-/// A false claim in a file about its data, the expected location of the error, and words of it.
+/// A wrong claim in a file about its data, the expected location of the error, and a part of its
+/// text.
 struct Lie {
     const char* name;
     void (*tell)(GltfBuilder&);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests Draco-compressed primitives: output of the library's encoder, fallbacks, and false claims.
+// Tests Draco-compressed primitives: output of the library's encoder, fallbacks, and wrong claims.
 #include <draco/compression/expert_encode.h>
 #include <draco/mesh/mesh.h>
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ namespace {
 
 constexpr const char* kName = "KHR_draco_mesh_compression";
 
-/// A mesh for encoding: vertices on a wavy grid of n × n, their triangles, and optional attributes.
+/// A mesh to encode: vertices on a wavy grid of n × n, their triangles, and optional attributes.
 struct Grid {
     std::uint32_t n = 0;
     std::vector<std::array<float, 3>> positions;
@@ -81,7 +81,8 @@ struct Grid {
     }
 };
 
-/// Returns a file whose accessors have no buffer view. With `mode` 5, they are those of a strip.
+/// Returns a file whose accessors have no buffer view. With `mode` 5, the primitive is a triangle
+/// strip.
 GltfBuilder dracoGrid(const Grid& grid, const Bytes& bytes, int mode = 4) {
     GltfBuilder builder;
     const int view = builder.addView(bytes);
@@ -114,8 +115,9 @@ Json& dracoExtension(GltfBuilder& builder) {
     return builder.primitive()["extensions"][kName];
 }
 
-/// Returns the corners of all triangles, each rotated to begin with its smallest corner, in sorted
-/// order. This is invariant when an encoder renumbers vertices and rotates triangles.
+/// Returns the corners of all triangles in sorted order. Each triangle is rotated to begin with its
+/// smallest corner. So the result does not change if an encoder renumbers vertices and rotates
+/// triangles.
 std::vector<std::array<std::array<long, 3>, 3>> shapes(const std::vector<glm::vec3>& positions,
                                                        const std::vector<std::uint32_t>& indices) {
     std::vector<std::array<std::array<long, 3>, 3>> result;
@@ -123,7 +125,7 @@ std::vector<std::array<std::array<long, 3>, 3>> shapes(const std::vector<glm::ve
         auto& shape = result.emplace_back();
         for (std::size_t c = 0; c < 3; ++c)
             for (int axis = 0; axis < 3; ++axis)
-                // Only x and y are used: they are whole numbers and identify the vertex.
+                // Uses only x and y, which are whole numbers and identify the vertex.
                 shape[c][static_cast<std::size_t>(axis)] =
                     std::lround(positions[indices[i + c]][axis] * (axis == 2 ? 0.0F : 1.0F));
         std::rotate(shape.begin(), std::min_element(shape.begin(), shape.end()), shape.end());
@@ -158,7 +160,7 @@ void expectGrid(const Grid& grid, const Primitive& primitive, float tolerance) {
 TEST(GltfDraco, GivesBackWhatWasEncodedByBothMethods) {
     const Grid grid(20);
     for (const int method : {draco::MESH_SEQUENTIAL_ENCODING, draco::MESH_EDGEBREAKER_ENCODING}) {
-        // With 14 bits over a range of 19, the error is half a step; without quantisation, it is 0.
+        // With 14 bits for a range of 19, the error is half a step; without quantisation, it is 0.
         const std::pair<int, float> precisions[] = {{14, 19.0F / 16383}, {0, 0}};
         for (const auto& [bits, tolerance] : precisions) {
             SCOPED_TRACE(std::to_string(method) + ", " + std::to_string(bits));
@@ -202,9 +204,9 @@ TEST(GltfDraco, DecodesSharedDataOnceAndForEveryPrimitive) {
     Json& primitives = builder.gltf["meshes"][0]["primitives"];
     primitives.push_back(primitives[0]);
     GltfOptions options;
-    // One decoding takes 12 + 4 bytes per point (at most 3 points per triangle) and 12 per
-    // triangle. The scene with two primitives is larger, so the first check must pass and the
-    // second, with one byte less, must fail.
+    // One decoding counts as 12 + 4 bytes per point (at most 3 points per triangle) and 12 bytes
+    // per triangle. The limit allows one decoding for both primitives; with one byte less, reading
+    // must fail.
     options.max_geometry_bytes = grid.faces.size() * (3 * 16 + 12);
     EXPECT_EQ(load(builder).meshes[0].primitives.size(), 2U);
     EXPECT_EQ(load(builder, options).meshes[0].primitives.size(), 2U);
@@ -262,8 +264,8 @@ TEST_P(GltfDracoLies, AreRefused) {
     EXPECT_NE(std::string(error.what()).find(GetParam().words), std::string::npos) << error.what();
 }
 
-// Offsets in the data, which begins with "DRACO", two bytes of version, type, method and two bytes
-// of flags, followed by the kind of traversal and the numbers of vertices and triangles.
+// Offsets in the data: "DRACO", two bytes of version, type, method, two bytes of flags, the kind of
+// traversal, and the numbers of vertices and triangles.
 constexpr std::size_t kType = 7, kFaces = 13;
 
 #define DRACO_EXTENSION "/extensions/KHR_draco_mesh_compression"

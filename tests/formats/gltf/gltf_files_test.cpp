@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests which files a scene may open, and the messages about files that are not scenes.
+// Tests which files a scene may open, and the messages for files that are not scenes.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Returns the triangle with this URI for its buffer.
+/// Returns the triangle with this URI as its buffer's.
 GltfBuilder withUri(const std::string& uri) {
     GltfBuilder builder = triangle();
     builder.gltf["buffers"] = {{{"byteLength", builder.bin.size()}, {"uri", uri}}};
@@ -129,7 +129,7 @@ TEST(GltfFiles, RefusesWhatLeavesTheFolder) {
     expectBufferRefused(folder, "link.bin", "symbolic link");
     fs::create_directory_symlink(outer.path(), folder / "away");
     expectBufferRefused(folder, "away/outside.bin", "symbolic link");
-    // A folder that only begins with the scene folder's name is outside.
+    // A folder whose name merely begins with the scene folder's name is outside.
     const std::string twin = folder.path().string() + "-twin";
     fs::create_directory(twin);
     writeFile(fs::path(twin) / "a.bin", triangle().bin);

@@ -11,7 +11,7 @@
 namespace peeler::test {
 namespace {
 
-/// Returns a triangle and a node with the first of these lights.
+/// Returns a triangle and a node. The node has the first of these lights.
 GltfBuilder lit(const Json& lights) {
     GltfBuilder builder = triangle();
     builder.gltf["extensions"]["KHR_lights_punctual"]["lights"] = lights;

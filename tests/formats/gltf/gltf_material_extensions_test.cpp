@@ -108,7 +108,7 @@ TEST(GltfMaterialExtensions, ReplaceMetallicRoughnessBySpecularGlossiness) {
     EXPECT_EQ(scene.images.at(static_cast<std::size_t>(m.base_color_texture.image)).rgba[0], 1);
     EXPECT_EQ(
         scene.images.at(static_cast<std::size_t>(m.specular_glossiness->texture.image)).rgba[0], 2);
-    // Nothing of the metallic-roughness fallback may remain.
+    // No value of the metallic-roughness fallback may remain.
     const Material bare = materialOf(R"({"KHR_materials_pbrSpecularGlossiness":{}})");
     EXPECT_EQ(bare.base_color, glm::vec4(1));
     EXPECT_EQ(bare.specular_glossiness->specular, glm::vec3(1));

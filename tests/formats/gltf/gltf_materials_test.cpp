@@ -15,7 +15,7 @@
 namespace peeler::test {
 namespace {
 
-/// Adds images in buffer views, with one texture each.
+/// Adds images in buffer views, and one texture for each.
 void addImages(GltfBuilder& builder, const std::vector<Bytes>& images) {
     for (const Bytes& bytes : images) {
         const std::size_t index = builder.gltf["images"].size();
@@ -106,8 +106,8 @@ TEST(GltfTextureTransform, IsTranslationTimesRotationTimesScale) {
     addImages(builder, {onePixelPng(0, 0, 0)});
     const TextureRef texture = load(builder).materials[0].emissive_texture;
     EXPECT_EQ(texture.texcoord, 1);
-    // (1, 1) is scaled to (2, 3). A quarter turn, counter-clockwise on screen with v down, maps +u
-    // to −v and +v to +u, which gives (3, −2); the offset moves it to (3.5, −1.75).
+    // Scaling maps (1, 1) to (2, 3). A quarter turn, counter-clockwise on screen with v down, maps
+    // +u to −v and +v to +u, which gives (3, −2). The offset gives (3.5, −1.75).
     const glm::vec3 uv = texture.transform * glm::vec3(1, 1, 1);
     EXPECT_NEAR(uv.x, 3.5, 1e-6);
     EXPECT_NEAR(uv.y, -1.75, 1e-6);
@@ -150,7 +150,7 @@ TEST(GltfTextures, ComeFromFilesBesideTheScene) {
 
 struct BadImage {
     const char* name;
-    const char* image;  ///< the JSON of /images/1
+    const char* image;  ///< JSON of /images/1
     const char* words;
 };
 
@@ -219,7 +219,7 @@ TEST(GltfTextures, OfFormatsThatAreNotDecodedNeedAFallback) {
         const Scene without = load(builder, options);
         EXPECT_FALSE(without.materials[0].emissive_texture);
         EXPECT_TRUE(warned(without, "it only has an image of " + name));
-        // If the texture is not used, the file is accepted.
+        // Without the texture, the file is accepted.
         builder.gltf["materials"][0].erase("emissiveTexture");
         EXPECT_NO_THROW(load(builder));
     }
@@ -228,7 +228,7 @@ TEST(GltfTextures, OfFormatsThatAreNotDecodedNeedAFallback) {
 TEST(GltfTextures, PreferTheImagesOfExtensions) {
     for (const char* name : {"EXT_texture_webp", "KHR_texture_basisu"}) {
         GltfBuilder builder = withMaterial(R"({"emissiveTexture":{"index":0}})");
-        // The bytes determine an image's format, so PNGs stand in for both kinds here.
+        // The bytes determine an image's format, so PNGs can replace both kinds of image here.
         addImages(builder, {onePixelPng(1, 2, 3), onePixelPng(4, 5, 6)});
         builder.gltf["textures"][0]["extensions"][name] = {{"source", 1}};
         builder.gltf["extensionsUsed"] = {name};
@@ -253,7 +253,7 @@ TEST(GltfTextures, MayBeKtx2) {
     EXPECT_EQ(scene.images[0].rgba[1], 8);
     EXPECT_TRUE(scene.warnings.empty());
 
-    // A damaged image is dropped, with the reason in a warning; with `strict` it is an error. A
+    // A damaged image is ignored, with the reason in a warning; with `strict` it is an error. A
     // fallback is used if there is one.
     Ktx2File damaged = file;
     damaged.model = 160;
@@ -310,7 +310,7 @@ TEST(GltfTextures, FallBackWhereTheWebpImageIsMissing) {
     GltfOptions strict;
     strict.strict = true;
     EXPECT_EQ(errorOf(builder, strict).where(), "/images/2");
-    // If the fallback is missing as well, the texture is dropped, as it is without any extension.
+    // If the fallback is missing too, the texture is ignored, as without any extension.
     builder.gltf["images"][0] = {{"uri", "missing.png"}};
     EXPECT_FALSE(load(builder).materials[0].emissive_texture);
 }

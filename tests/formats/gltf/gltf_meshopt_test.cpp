@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests compressed buffer views in glTF files: their readers do not notice the compression;
-// fallbacks, and false claims.
+// Tests compressed buffer views in glTF files: transparent decompression, fallbacks, and wrong
+// claims.
 #include <gtest/gtest.h>
 
 #include "formats/gltf/gltf_builder.h"
@@ -34,7 +34,7 @@ TEST(GltfMeshopt, IsReadUnderBothNamesFromBothContainers) {
     }
 }
 
-/// Adds a second buffer with the uncompressed triangle, upside down so that it can be recognised.
+/// Adds a second buffer with the uncompressed triangle, upside down to make it recognisable.
 void addFallback(GltfBuilder& builder, const ScratchDir& folder) {
     std::vector<float> corners = kTriangleCorners;
     corners[9] = -1;
@@ -57,13 +57,13 @@ TEST(GltfMeshopt, ReadsTheFallbackOnlyWhereTheDataIsDamaged) {
     EXPECT_TRUE(scene.warnings.empty());
     const std::uint64_t hash = scene.content_hash;
 
-    // As long as the compressed data is intact, the fallback is not even opened: it may be missing,
-    // and is not hashed.
+    // If the compressed data is intact, the fallback is not even opened: it may be missing, and is
+    // not hashed.
     std::filesystem::rename(folder / "fallback.bin", folder / "away.bin");
     EXPECT_EQ(readGltf(builder.write(folder)).content_hash, hash);
     std::filesystem::rename(folder / "away.bin", folder / "fallback.bin");
 
-    builder.bin[0] = 0xA1;  // sets a version that the library cannot decode
+    builder.bin[0] = 0xA1;  // a codec version that the library cannot decode
     const Scene excused = readGltf(builder.write(folder));
     EXPECT_EQ(excused.meshes[0].primitives[0].positions[2], glm::vec3(0, -1, 0));
     EXPECT_TRUE(warned(excused, "version 1 of the codec"));
@@ -134,7 +134,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 TEST(GltfMeshopt, CountsAgainstTheLimitOfGeometry) {
     GltfOptions options;
-    options.max_geometry_bytes = 53;  // decoding takes 3 · 16 + 3 · 2
+    options.max_geometry_bytes = 53;  // the decoded data takes 3 · 16 + 3 · 2
     const Error error = errorOf(compressed(), options);
     EXPECT_EQ(error.where(), "/bufferViews/1/extensions/EXT_meshopt_compression");
     EXPECT_NE(std::string(error.what()).find("limit of 53 bytes"), std::string::npos);

@@ -11,7 +11,7 @@
 namespace peeler::test {
 namespace {
 
-/// Returns a triangle that is skinned to two joints, nodes 1 and 2.
+/// Returns a triangle with a skin of two joints, nodes 1 and 2.
 GltfBuilder skinned() {
     GltfBuilder builder = triangle();
     builder.attributes()["JOINTS_0"] =
@@ -21,7 +21,7 @@ GltfBuilder skinned() {
     std::vector<float> matrices(32);
     for (std::size_t i = 0; i < 32; ++i)
         matrices[i] = i % 16 % 5 == 0 ? 1.0F : 0.0F;
-    matrices[16 + 13] = -7;  // moves the second joint 7 down
+    matrices[16 + 13] = -7;  // moves the second joint down by 7
     const int view = builder.addView(toBytes(matrices));
     const int bind = builder.addAccessor(
         Json{{"bufferView", view}, {"componentType", 5126}, {"count", 2}, {"type", "MAT4"}});

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests nodes, scenes, cameras, meshes and extensions, and every kind of structural damage, with
-// the JSON pointer in the error.
+// Tests nodes, scenes, cameras, meshes and extensions, and every kind of structural damage with the
+// JSON pointer in the error.
 #include "formats/gltf/gltf_reader.h"
 
 #include <gtest/gtest.h>
@@ -23,8 +23,7 @@ GltfBuilder empty(const std::string& members) {
 }
 
 TEST(GltfNodes, ComposeTranslationRotationScale) {
-    // The node is scaled by (2, 3, 4), then rotated by a quarter turn about z that is given with
-    // few digits.
+    // Scales by (2, 3, 4), then rotates by a quarter turn about z. The quaternion has few digits.
     const Scene scene = load(empty(R"("nodes":[{"translation":[10,20,30],"scale":[2,3,4],
         "rotation":[0,0,0.7071,0.7071]}])"));
     const glm::dmat4& local = scene.nodes.at(0).local;
@@ -56,10 +55,10 @@ TEST(GltfNodes, NestTenThousandLevels) {
     const Scene scene = load(builder);
     EXPECT_EQ(scene.scenes.at(0).roots, std::vector<int>{0});
     EXPECT_TRUE(PosedScene(scene, 0).meshes().empty());
-    // One more node in front of the first exceeds the maximum depth.
+    // One more node above the first exceeds the maximum depth.
     builder.gltf["nodes"].push_back({{"children", {0}}});
     EXPECT_NE(std::string(errorOf(builder).what()).find("deeper than 10000"), std::string::npos);
-    // Here the chain is closed into a ring.
+    // A chain that closes into a ring.
     builder.gltf["nodes"][depth - 1]["children"] = {depth};
     EXPECT_NE(std::string(errorOf(builder).what()).find("ancestor"), std::string::npos);
 }
@@ -110,7 +109,7 @@ TEST(GltfMeshes, HaveAllSevenTopologies) {
 }
 
 TEST(GltfMeshes, LoseIncompletePrimitives) {
-    // Of three vertices, two make a line and one is left over.
+    // Two of the three vertices make a line; one is left over.
     GltfBuilder builder = triangle();
     builder.primitive()["mode"] = 1;
     Scene scene = load(builder);
@@ -218,7 +217,7 @@ TEST(GltfReader, TakesWholeNumbersWrittenAsFractions) {
     EXPECT_EQ(scene.meshes[0].primitives[0].positions.size(), 3U);
 }
 
-/// Expects one warning with these words and, with `strict`, an error, at `where` unless that is
+/// Expects one warning with these words. With `strict`, expects an error, at `where` if that is not
 /// empty.
 void expectOneWarning(const GltfBuilder& builder, const std::string& words,
                       const std::string& where) {
@@ -242,7 +241,7 @@ TEST(GltfReader, TakesVersionsThatAreNumbers) {
 }
 
 TEST(GltfReader, TakesNodesBelowTheRootAsRoots) {
-    // UniGLTF writes scenes whose root is the child of a node that is in no scene.
+    // UniGLTF writes scenes whose root is the child of a node outside all scenes.
     const char* below = R"("nodes":[{"children":[1,2],"translation":[9,9,9]},
                                     {"name":"model","children":[3],"translation":[1,0,0]},{},{}],
                            "scenes":[{"nodes":[1]}])";
@@ -253,7 +252,7 @@ TEST(GltfReader, TakesNodesBelowTheRootAsRoots) {
     EXPECT_EQ(scene.nodes[1].children, std::vector<int>{3});
     EXPECT_EQ(idNames(scene).parents[1], 0U);
 
-    // If another scene shows the parent, the parent keeps its child.
+    // If the parent is in another scene, it keeps its child.
     const Scene two = load(empty(
         R"("nodes":[{"children":[1]},{"children":[2]},{}],"scenes":[{"nodes":[0]},{"nodes":[2]}])"));
     EXPECT_EQ(two.nodes[1].children, std::vector<int>{2});
@@ -268,8 +267,8 @@ TEST(GltfReader, ShowsNodesOnceThatAreListedTwice) {
 }
 
 TEST(GltfReader, TakesDeepScenesWhoseNodesAreAllListed) {
-    // Results per node must be cached, because there are 9,000 levels, and as many nodes at their
-    // end.
+    // Results per node must be cached, because there are 9,000 levels, and 9,000 nodes at the
+    // deepest level.
     constexpr std::size_t kDepth = 9000;
     Json nodes = Json::array(), roots = Json::array();
     for (std::size_t i = 0; i < kDepth; ++i)
@@ -321,7 +320,7 @@ TEST(GltfReader, LimitsTheNumberOfWarnings) {
     EXPECT_LE(load(builder).warnings.size(), 101U);
 }
 
-/// Damage::json holds members of the root object other than "asset".
+/// Damage::json has the members of the root object other than "asset".
 class GltfDamage : public testing::TestWithParam<Damage> {};
 
 TEST_P(GltfDamage, IsRefusedWithItsPointer) {

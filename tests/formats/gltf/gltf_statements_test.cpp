@@ -58,7 +58,7 @@ constexpr const char* kGltfBrokenFile =
 
 using Edit = std::function<void(GltfBuilder&)>;
 
-/// A statement, given as an addition to a triangle with a textured material.
+/// A statement, made by an addition to a triangle with a textured material.
 struct Said {
     const char *says, *becomes;
     Edit edit;
@@ -91,7 +91,7 @@ Edit attribute(const char* name, std::vector<T> values, const char* type,
     return [=](GltfBuilder& b) { b.attributes()[name] = b.addAccessor<T>(values, type, more); };
 }
 
-/// Returns an edit that adds an extension to the material and declares it.
+/// Returns an edit that declares an extension and adds it to the material.
 Edit materialExtension(const std::string& name, const char* json) {
     return [name, json](GltfBuilder& b) {
         b.gltf["extensionsUsed"].push_back(name);
@@ -134,7 +134,7 @@ void addTarget(GltfBuilder& b) {
     b.gltf["meshes"][0]["weights"] = {0.5};
 }
 
-/// An image of one grey pixel; the data is a PNG although its media type is GIF.
+/// An image of one grey pixel. The data is a PNG, but its media type is GIF.
 constexpr const char* kGltfDataUriImage =
     R"({"images":[{"uri":"data:image/gif;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptV)"
     R"(AAAACklEQVR4nGNoAAAAggCBd81ytgAAAABJRU5ErkJggg=="}]})";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests vertex data that follows the specification, and data that almost does.
+// Tests vertex data that follows the specification, and data that nearly follows it.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -26,7 +26,7 @@ const Primitive& primitiveOf(const Scene& scene) {
     return scene.meshes.at(0).primitives.at(0);
 }
 
-/// Expects one warning that names the attribute and the validator's code and, with `strict`, an
+/// Expects one warning that names the attribute and the validator's code. With `strict`, expects an
 /// error at that attribute.
 void expectWarned(const GltfBuilder& builder, const std::string& attribute,
                   const std::string& code) {
@@ -92,7 +92,7 @@ TEST(GltfWeights, ThatDoNotAddUpToOneAreWarned) {
     const Json joints = builder.addAccessor<std::uint8_t>(std::vector<std::uint8_t>(12), "VEC4");
     builder.attributes()["JOINTS_0"] = joints;
     expectWarned(builder, "WEIGHTS_0", "ACCESSOR_WEIGHTS_NON_NORMALIZED");
-    // A set after a gap in the numbering is ignored.
+    // A set of weights after a gap in the numbering is ignored.
     builder = with<float>("WEIGHTS_0", {1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0}, "VEC4");
     builder.attributes()["JOINTS_0"] =
         builder.addAccessor<std::uint8_t>(std::vector<std::uint8_t>(12), "VEC4");
@@ -106,11 +106,11 @@ TEST(GltfNormals, AreScaledToUnitLength) {
     expectWarned(builder, "NORMAL", "ACCESSOR_VECTOR3_NON_UNIT");
     EXPECT_EQ(primitiveOf(load(builder)).normals,
               (std::vector<glm::vec3>{{0, 0, 1}, {0, 0.6F, 0.8F}, {0, 0, 0}}));
-    // Even components near the maximum of float are scaled correctly.
+    // Even vectors with components near the maximum of float are normalised correctly.
     const float most = 3e38F;
     const Scene huge = load(with<float>("NORMAL", {most, most, 0, 0, 0, 1, 0, 0, 1}, "VEC3"));
     EXPECT_NEAR(primitiveOf(huge).normals[0].x, std::sqrt(0.5F), 1e-6);
-    // Normals in signed bytes are not exactly of unit length, but keep their bits.
+    // Normals in signed bytes do not have exactly unit length, but keep their bits.
     const Scene stored = load(with<std::int8_t>("NORMAL", {73, 73, 73, 0, 0, 127, 0, 0, 127},
                                                 "VEC3", {{"normalized", true}}));
     EXPECT_EQ(primitiveOf(stored).normals[0], glm::vec3(73 / 127.F));
@@ -159,8 +159,8 @@ TEST(GltfPrimitives, OfNoVerticesAreLeftOut) {
     EXPECT_TRUE(load(builder).meshes.at(0).primitives.empty());
 }
 
-/// Returns a triangle with a morph target, at weight 1, that displaces colours and texture
-/// coordinates.
+/// Returns a triangle with a morph target that displaces colours and texture coordinates, at weight
+/// 1.
 GltfBuilder displacedColors() {
     GltfBuilder builder =
         with<float>("COLOR_0", {1, 0, 0, 1, 1, 0, 0, 1, 0.5F, 0, 0, 0.5F}, "VEC4");
@@ -183,7 +183,7 @@ TEST(GltfTargets, DisplaceColorsAndTexcoords) {
               (std::vector<glm::vec4>{{0, 1, 0, 1}, {1, 0, 0, 1}, {0.75F, 0, 0, 0}}));
     EXPECT_EQ(shown.texcoords(geometry, 1), (std::vector<glm::vec2>{{1, 0}, {1, 0}, {0, 2}}));
     EXPECT_TRUE(shown.texcoords(geometry, 0).empty());
-    // At weight 0 there are the same arrays as at any other weight.
+    // At weight 0 the arrays are the same as at other weights.
     scene.meshes[0].weights = {0};
     EXPECT_EQ(PosedScene(scene).deformed().at(0).at(0).colors, primitiveOf(scene).colors);
     EXPECT_TRUE(PosedScene(scene).deformed().at(0).at(0).texcoords[0].empty());

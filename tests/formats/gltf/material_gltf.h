@@ -14,8 +14,8 @@ inline Bytes onePixelPng(std::uint8_t r, std::uint8_t g, std::uint8_t b) {
     return png(1, 1, PngColor::kRgb, 8, {r, g, b});
 }
 
-/// Returns a triangle with this material, both sets of texture coordinates, and `images` textures,
-/// the i-th of which has a single pixel (i, 0, 0).
+/// Returns a triangle with this material, both sets of texture coordinates, and `images` textures.
+/// The i-th texture has a single pixel (i, 0, 0).
 inline GltfBuilder withMaterial(const std::string& material, int images = 0) {
     GltfBuilder builder = triangle();
     builder.gltf["materials"] = {Json::parse(material)};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests meshopt streams: every mode and filter compared with the input, the extension's rules, and
-// damage.
+// Tests meshopt streams: compares the output of every mode and filter with the input, and tests the
+// extension's rules, and damage.
 #include "formats/gltf/gltf_decoders.h"
 
 #include <gtest/gtest.h>
@@ -67,8 +67,7 @@ std::vector<glm::vec4> unitVectors(std::size_t count, int dimensions) {
 TEST(MeshoptView, GivesAttributesOfEveryStrideBack) {
     std::mt19937 random(kSeed);
     for (std::size_t stride = 4; stride <= 256; stride += 4) {
-        // The counts include one that crosses a block of the codec and ones that are not multiples
-        // of its groups.
+        // No count is a multiple of the codec's groups, and the largest exceeds a block.
         for (const std::size_t count : {std::size_t{1}, std::size_t{17}, std::size_t{300}}) {
             Bytes values(count * stride);
             for (std::size_t i = 0; i < values.size(); ++i)
@@ -81,14 +80,14 @@ TEST(MeshoptView, GivesAttributesOfEveryStrideBack) {
 }
 
 TEST(MeshoptView, GivesTrianglesAndIndicesBack) {
-    // In this strip of quads, every triangle keeps its first vertex.
+    // A strip of quads, in which every triangle keeps its first vertex.
     std::vector<unsigned int> indices;
     for (unsigned int i = 0; i < 900; ++i)
         for (const unsigned int corner : {2 * i, 2 * i + 1, 2 * i + 2})
             indices.push_back(corner);
     const Bytes triangles = encodeTriangles(indices), sequence = encodeIndices(indices);
     const std::vector<std::uint16_t> narrow(indices.begin(), indices.end());
-    // The codec may rotate a triangle, so only the cyclic order of its corners is kept.
+    // The codec may rotate a triangle's corners, so only their cyclic order is compared.
     const auto turned = [](auto values) {
         for (std::size_t i = 0; i < values.size(); i += 3)
             while (values[i] > values[i + 1] || values[i] > values[i + 2])
@@ -120,7 +119,7 @@ TEST(MeshoptView, DecodesOctahedralNormals) {
                 EXPECT_NEAR(decoded[4 * i + static_cast<std::size_t>(c)] / one, normals[i][c],
                             tolerance);
     };
-    // A step of the grid is 1 / (2^(bits − 1) − 1). The fold extends it by √3 at most, and each
+    // A step of the grid is 1 / (2^(bits − 1) − 1). Folding enlarges it by at most √3, and each
     // stored component adds half of its own step.
     compare(std::int8_t{}, 8, 1.8F / 127 + 0.5F / 127);
     compare(std::int16_t{}, 12, 1.8F / 2047 + 0.5F / 32767);
@@ -144,8 +143,8 @@ TEST(MeshoptView, DecodesQuaternions) {
     }
 }
 
-/// Calls the encoder so that each number gets its own exponent, which is the first of newer
-/// meshoptimizers' modes.
+/// Calls the encoder such that each number gets its own exponent; in newer versions of
+/// meshoptimizer, this is the first mode.
 template <typename... Mode>
 void encodeExponents(void (*encode)(void*, std::size_t, std::size_t, int, const float*, Mode...),
                      const std::vector<float>& values, std::vector<std::uint32_t>& encoded) {
@@ -164,8 +163,8 @@ TEST(MeshoptView, DecodesExponents) {
         EXPECT_NEAR(decoded[i], values[i], std::abs(values[i]) * 3e-7F) << i;
 }
 
-/// The inverse of KHR_meshopt_compression, Appendix B, filter 4: K bits of Y, Co and Cg, and K − 1
-/// bits of alpha under a bit that marks K.
+/// The inverse of KHR_meshopt_compression, Appendix B, filter 4: K bits of Y, Co and Cg; for alpha,
+/// K − 1 bits below a bit that marks K.
 template <typename Number>
 std::vector<Number> encodeColors(const std::vector<glm::vec4>& colors, int bits) {
     const int max = (1 << bits) - 1;
@@ -239,7 +238,7 @@ TEST(MeshoptView, SaysWhichVersionItDoesNotDecode) {
 }
 
 TEST(MeshoptView, BelievesNoCountThatTheBytesCannotHold) {
-    // Zeros compress best, to exactly the codec's minimum.
+    // Zeros compress best, exactly to the codec's minimum.
     for (const std::size_t stride : {4U, 12U, 64U, 256U}) {
         const std::size_t count = 10000;
         const Bytes values(count * stride), bytes = encodeAttributes(values.data(), count, stride);
@@ -283,7 +282,7 @@ TEST(MeshoptView, OutlivesAnyByte) {
                 damaged[1 + random() % (damaged.size() - 1)] = static_cast<std::uint8_t>(random());
             MeshoptStream other = stream;
             other.bytes = damaged;
-            problemOf(other);  // must give an error or numbers
+            problemOf(other);  // either an error or numbers
         }
     }
 }

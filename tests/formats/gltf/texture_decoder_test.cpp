@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tests that PNG, BMP and TGA of every kind give exactly their RGBA, that JPEG, WebP and TIFF can
-// be read, and that damage is refused.
+// be read, and that damage is rejected.
 #include "formats/gltf/gltf_decoders.h"
 
 #include <OpenImageIO/filesystem.h>
@@ -22,8 +22,8 @@ Bytes rgbaOf(const Bytes& file) {
     return decodeTexture(file, "image").image.rgba;
 }
 
-/// Returns a picture of 8-bit RGB, encoded by OpenImageIO; `color` is one colour or all pixels.
-/// Empty if OpenImageIO cannot write the format.
+/// Returns a picture of 8-bit RGB, encoded by OpenImageIO; empty if OpenImageIO cannot write the
+/// format. `color` is a single colour, or the colours of all pixels.
 Bytes encoded(const std::string& format, int width, int height, const Bytes& color) {
     const auto output = OIIO::ImageOutput::create(format);
     if (!output) return {};
@@ -44,7 +44,7 @@ Bytes encoded(const std::string& format, int width, int height, const Bytes& col
 }
 
 TEST(TextureDecoder, KeepsRgbaAsStored) {
-    // Alpha is straight: colours under alpha 0 are kept, and nothing is premultiplied.
+    // Alpha is straight: colours under alpha 0 are kept, and no colour is premultiplied.
     const Bytes pixels = {10, 20, 30, 0, 200, 100, 50, 128};
     const Image image = decodeTexture(png(2, 1, PngColor::kRgba, 8, pixels), "name").image;
     EXPECT_EQ(image.name, "name");
@@ -70,7 +70,7 @@ TEST(TextureDecoder, ExpandsGrey) {
               (Bytes{0, 0, 0, 255, 77, 77, 77, 255}));
     EXPECT_EQ(rgbaOf(png(2, 1, PngColor::kGreyAlpha, 8, {9, 0, 77, 33})),
               (Bytes{9, 9, 9, 0, 77, 77, 77, 33}));
-    // The row has one bit per pixel: 0b01000000.
+    // One bit per pixel: 0b01000000.
     EXPECT_EQ(rgbaOf(png(2, 1, PngColor::kGrey, 1, {0x40})),
               (Bytes{0, 0, 0, 255, 255, 255, 255, 255}));
 }
@@ -103,7 +103,7 @@ TEST(TextureDecoder, NeverParsesMetadata) {
     const std::string_view text(reinterpret_cast<const char*>(file.data()), file.size());
     file[text.find("tEXt") + 4] ^= 1;
     EXPECT_EQ(rgbaOf(file), (Bytes{1, 2, 3, 255}));
-    // A wrong checksum of the pixels must matter.
+    // A wrong checksum of the pixels is an error.
     file[text.find("IDAT") + 8] ^= 1;
     EXPECT_THROW(rgbaOf(file), Error);
 
@@ -143,7 +143,7 @@ Bytes extendedWebp(const Bytes& exif) {
 }
 
 TEST(TextureDecoder, ReadsWebpWithoutItsMetadata) {
-    // Readers skip the first six bytes of Exif although there may be fewer, as here.
+    // Readers skip the first six bytes of Exif, even if there are fewer, as here.
     const Bytes file = extendedWebp({'E', 'x', 'i', 'f', 0});
     EXPECT_EQ(rgbaOf(file), (Bytes{200, 100, 50, 255, 1, 2, 3, 255}));
     const Bytes reduced = withoutWebpMetadata(file).bytes;
@@ -153,7 +153,7 @@ TEST(TextureDecoder, ReadsWebpWithoutItsMetadata) {
     EXPECT_EQ(reduced[20], 0);  // no flags
     EXPECT_EQ(reduced[4], reduced.size() - 8);
     EXPECT_EQ(withoutWebpMetadata(reduced).bytes, reduced);
-    // A chunk that exceeds the file is refused.
+    // A chunk that exceeds the file is an error.
     EXPECT_THROW(rgbaOf(Bytes(file.begin(), file.end() - 2)), Error);
 }
 
@@ -195,7 +195,7 @@ TEST(TextureDecoder, WarnsOfAnOrientationThatItDoesNotCarryOut) {
         EXPECT_EQ(turned.image.width, 8);
         ASSERT_EQ(turned.notes.size(), 1U);
         EXPECT_NE(turned.notes[0].find("orientation 6"), std::string::npos) << turned.notes[0];
-        // Exif that is truncated anywhere has no effect.
+        // Truncated Exif has no effect, wherever it ends.
         const Bytes whole = exifOf(6, little);
         for (std::size_t size = 0; size < whole.size(); ++size)
             EXPECT_TRUE(
@@ -260,7 +260,7 @@ TEST(TextureDecoder, ReadsJpeg) {
     EXPECT_EQ(image.rgba[3], 255);
 }
 
-/// Three palette entries in the layout of BMP: red, green and blue.
+/// Three palette entries as BMP stores them: red, green and blue.
 const Bytes kPalette = {0, 0, 255, 0, 0, 255, 0, 0, 255, 0, 0, 0};
 const Bytes kRed = {255, 0, 0, 255}, kGreen = {0, 255, 0, 255}, kBlue = {0, 0, 255, 255};
 
@@ -288,7 +288,7 @@ TEST(TextureDecoder, ReadsBmpOfEveryDepth) {
 }
 
 TEST(TextureDecoder, ReadsBmpInRunLengths) {
-    // The data is a run, literal pixels (padded), an end of line, a jump and an end.
+    // A run, literal pixels (padded), an end of line, a jump and an end.
     EXPECT_EQ(rgbaOf(bmp(3, 2, 8, 1, kPalette, {2, 1, 1, 2, 0, 0, 0, 3, 0, 1, 2, 0, 0, 1})),
               joined({kRed, kGreen, kBlue, kGreen, kGreen, kBlue}));
     EXPECT_EQ(rgbaOf(bmp(3, 1, 4, 2, kPalette, {3, 0x12, 0, 1})), joined({kGreen, kBlue, kGreen}));
@@ -305,13 +305,13 @@ TEST(TextureDecoder, ReadsTgaOfEveryType) {
     EXPECT_EQ(rgbaOf(tga(2, 1, 1, 32, 8, {30, 20, 10, 128})), (Bytes{10, 20, 30, 128}));
     EXPECT_EQ(rgbaOf(tga(2, 2, 1, 16, 0, {0, 0x7C, 0xE0, 0x03})), joined({kRed, kGreen}));
     EXPECT_EQ(rgbaOf(tga(3, 2, 1, 8, 0, {7, 8})), (Bytes{7, 7, 7, 255, 8, 8, 8, 255}));
-    // The data has two run lengths: two pixels of one colour, then a literal pixel.
+    // Two run lengths: two pixels of one colour, then a literal pixel.
     EXPECT_EQ(rgbaOf(tga(10, 3, 1, 24, 0, {0x81, 0, 0, 255, 0, 0, 255, 0})),
               joined({kRed, kRed, kGreen}));
     EXPECT_EQ(rgbaOf(tga(11, 3, 1, 8, 0, {2, 1, 2, 3})),
               (Bytes{1, 1, 1, 255, 2, 2, 2, 255, 3, 3, 3, 255}));
     Bytes palette = tga(1, 2, 1, 8, 0, {0, 0, 255, 0, 255, 0, 5, 4});
-    palette[1] = 1;  // the palette has two 24-bit colours, from index 4 on
+    palette[1] = 1;  // a palette of two 24-bit colours, from index 4 on
     palette[3] = 4;
     palette[5] = 2;
     palette[7] = 24;
@@ -357,7 +357,7 @@ TEST(TextureDecoder, NeverEndsOtherwiseThanInAnImageOrAnInputError) {
         bmp(3, 2, 8, 1, kPalette, {2, 1, 1, 2, 0, 0, 0, 3, 0, 1, 2, 0, 0, 1}),
         bmp(2, 1, 16, 0, {}, {0, 0x7C, 0xE0, 0x03}),
         tga(10, 3, 1, 24, 0, {0x81, 0, 0, 255, 0, 0, 255, 0})};
-    unsigned state = 1;  // a fixed seed, so that the damage is the same every time
+    unsigned state = 1;  // a fixed seed, so that the damage is always the same
     const auto random = [&] { return state = state * 1664525U + 1013904223U, state >> 8U; };
     const auto attempt = [](const Bytes& file) {
         try {
@@ -380,7 +380,7 @@ TEST(TextureDecoder, NeverEndsOtherwiseThanInAnImageOrAnInputError) {
 }
 
 TEST(TextureDecoder, RefusesPicturesThatAreTooLargeBeforeAllocating) {
-    // The header of a 70-byte file says 2^31 − 1 pixels per side.
+    // The header of a 70-byte file declares 2^31 − 1 pixels per side.
     Bytes file = png(1, 1, PngColor::kGrey, 8, {0});
     for (const std::size_t offset : {16U, 20U}) {
         file[offset] = 0x7F;

@@ -21,7 +21,7 @@ class BasisCode {
             for (std::size_t i = 0; i < lengths_.size(); ++i)
                 if (lengths_[i] == length) codes_[i] = code++;
     }
-    /// Returns a code for `count` symbols, all of about the same length.
+    /// Returns a code for `count` symbols whose lengths differ by at most one bit.
     static BasisCode flat(std::size_t count) {
         std::uint8_t bits = 0;
         while (std::size_t{1} << bits < count)
@@ -39,7 +39,7 @@ class BasisCode {
             bits.put(codes_[symbol] >> i & 1U, 1);
     }
 
-    /// Returns the code for code lengths: 4 bits for 0 to 10, 5 bits for 11 to 20.
+    /// Returns the code for code lengths: lengths 0 to 10 take 4 bits, 11 to 20 take 5.
     static BasisCode ofLengths() {
         std::vector<std::uint8_t> lengths(21, 4);
         std::fill(lengths.begin() + 11, lengths.end(), std::uint8_t{5});
@@ -64,14 +64,14 @@ class BasisCode {
     std::vector<unsigned> codes_;
 };
 
-/// The codebooks and tables of a picture. Callers write the slices.
+/// The codebooks and tables of a picture. The callers write the slices.
 struct BasisBooks {
-    using Endpoint = std::array<unsigned, 4>;  ///< R, G and B of 5 bits each, and the intensity
+    using Endpoint = std::array<unsigned, 4>;  ///< R, G and B with 5 bits each, and the intensity
     std::vector<Endpoint> endpoints = {{16, 16, 16, 0}};
     std::vector<std::uint32_t> selectors = {0};  ///< two bits per texel
     std::size_t history = 0;
     bool grey = false;   ///< endpoints have one channel
-    bool plain = false;  ///< selectors are stored as they are, without a code
+    bool plain = false;  ///< selectors are stored without a code
     BasisCode predictions = BasisCode::flat(257);
     BasisCode runs = BasisCode::flat(64);
 
@@ -121,7 +121,7 @@ struct BasisBooks {
     }
 };
 
-/// Returns a file of one level with these slices: one of colour and, optionally, one of alpha.
+/// Returns a file of one level with these slices: one for colour and, optionally, one for alpha.
 inline Ktx2File basisFile(std::uint32_t width, std::uint32_t height, const BasisBooks& books,
                           const std::vector<Bytes>& slices) {
     Ktx2File file;
@@ -160,7 +160,7 @@ inline Bytes plainSlice(const BasisBooks& books, std::size_t columns,
     BitWriter bits;
     std::size_t before = 0;
     for (std::size_t i = 0; i < blocks.size(); ++i) {
-        // `first`: the first of 2 × 2 blocks, which share a symbol.
+        // `first`: the first block of 2 × 2, which share a symbol.
         const bool first = i % columns % 2 == 0 && i / columns % 2 == 0;
         if (first) books.predictions.put(bits, 0xFF);
         const std::size_t all = books.endpoints.size();

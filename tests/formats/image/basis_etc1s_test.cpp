@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tests that BasisLZ decodes to the original ETC1S texels with every kind of encoding, and that
-// damage is refused.
+// damage is rejected.
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -38,13 +38,13 @@ std::string problemOf(const Ktx2File& file) {
     return problemOf([&] { pixelsOf(file); });
 }
 
-/// Returns the selectors of a row's four texels, from left to right.
+/// Returns the selectors of the four texels of a row, from left to right.
 std::uint32_t rowOf(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
     return a | b << 2U | c << 4U | d << 6U;
 }
 
 /// Returns four endpoints with different reds: 0, 8, 16, 24 in 5 bits, which are 0, 66, 132, 198 in
-/// 8 bits; selector 2 adds 2.
+/// 8 bits. Selector 2 adds 2.
 BasisBooks redBooks() {
     BasisBooks books;
     books.endpoints = {{0, 0, 0, 0}, {8, 0, 0, 0}, {16, 0, 0, 0}, {24, 0, 0, 0}};
@@ -53,7 +53,7 @@ BasisBooks redBooks() {
 }
 constexpr std::uint8_t kReds[] = {2, 68, 134, 200};
 
-/// Returns the red of each block's upper left texel.
+/// Returns the red of the upper left texel of each block.
 std::vector<std::uint8_t> redsOf(const Ktx2File& file) {
     const std::vector<Color> pixels = pixelsOf(file);
     std::vector<std::uint8_t> reds;
@@ -64,8 +64,8 @@ std::vector<std::uint8_t> redsOf(const Ktx2File& file) {
 }
 
 TEST(BasisEtc1s, HasTheModifiersOfTheTable) {
-    // The table is "Intensity modifier sets for ETC1 compressed textures"; its columns are a and b
-    // of the selectors −b, −a, +a, +b.
+    // The table "Intensity modifier sets for ETC1 compressed textures". Its columns are a and b of
+    // the selectors −b, −a, +a, +b.
     constexpr int kModifiers[8][2] = {{2, 8},   {5, 17},  {9, 29},   {13, 42},
                                       {18, 60}, {24, 80}, {33, 106}, {47, 183}};
     BasisBooks books;
@@ -109,9 +109,9 @@ TEST(BasisEtc1s, HasCodebooksOfEveryKind) {
         }
     EXPECT_EQ(pictures[0][0], (Color{72, 72, 72, 255}));  // 255 − 183
     EXPECT_EQ(pictures[0][4], (Color{17, 17, 17, 255}));  // 0 + 17
-    // 82 − 29: the selector is 0, the lowest bits of 0x78.
+    // 82 − 29; the selector is 0, the lowest bits of 0x78
     EXPECT_EQ(pictures[0][8], (Color{53, 53, 53, 255}));
-    EXPECT_EQ(pictures[0][9], (Color{91, 91, 91, 255}));      // 82 + 9: the selector is 2
+    EXPECT_EQ(pictures[0][9], (Color{91, 91, 91, 255}));      // 82 + 9; the selector is 2
     EXPECT_EQ(pictures[0][12], (Color{194, 194, 194, 255}));  // 181 + 13
 }
 
@@ -125,8 +125,8 @@ TEST(BasisEtc1s, HasASecondSliceForAlpha) {
 }
 
 TEST(BasisEtc1s, RefersToTheBlocksAround) {
-    // The symbol has two bits for each of 2 × 2 blocks, from the lowest: 0 left, 1 above, 2 above
-    // left, 3 explicit.
+    // The symbol has two bits for each of 2 × 2 blocks, from the lowest bits: 0 left, 1 above, 2
+    // above left, 3 explicit.
     const BasisBooks books = redBooks();
     const auto sliceOf = [&](unsigned predictions, const std::vector<std::size_t>& deltas) {
         BitWriter bits;
@@ -154,8 +154,8 @@ TEST(BasisEtc1s, RefersToTheBlocksAround) {
 }
 
 TEST(BasisEtc1s, RepeatsPredictions) {
-    // The row has nine pairs of blocks. The first pair's symbol is explicit; the next symbol
-    // repeats it 3 + 5 times.
+    // A row of nine pairs of blocks. The first pair's symbol is explicit; the next symbol repeats
+    // it 3 + 5 times.
     const BasisBooks books = redBooks();
     BitWriter bits;
     books.predictions.put(bits, 0xFF);
@@ -174,7 +174,7 @@ TEST(BasisEtc1s, RepeatsPredictions) {
         EXPECT_EQ(reds[i], kReds[(i + 1) % 4]);
 }
 
-/// Returns a row of blocks, all with endpoint 0; `write` writes the selector of each.
+/// Returns a row of blocks with endpoint 0. `write` writes the selector of each block.
 Ktx2File selectorsFile(const BasisBooks& books, std::uint32_t count,
                        const std::function<void(BitWriter&, std::size_t)>& write) {
     BitWriter bits;
@@ -186,8 +186,8 @@ Ktx2File selectorsFile(const BasisBooks& books, std::uint32_t count,
     return basisFile(4 * count, 4, books, {bits.bytes()});
 }
 
-/// Returns codebooks with four selectors, each of a single value, and an endpoint that tells them
-/// apart: 132 − 8, − 2, + 2, + 8.
+/// Returns codebooks of four selectors, each with a single value for all texels, and an endpoint
+/// with a different red for each value: 132 − 8, − 2, + 2, + 8.
 BasisBooks selectorBooks(std::size_t history) {
     BasisBooks books;
     books.selectors = {0x00000000, 0x55555555, 0xAAAAAAAA, 0xFFFFFFFF};
@@ -204,12 +204,12 @@ std::vector<std::uint8_t> shown(const std::vector<std::size_t>& selectors) {
 
 TEST(BasisEtc1s, RemembersSelectors) {
     // Symbols from 4 on are positions in the history. New selectors replace the last two entries in
-    // turn; a used entry swaps with the one at half its position.
+    // turn; a used entry is swapped with the entry at half its position.
     const BasisBooks books = selectorBooks(4);
     const std::vector<std::size_t> symbols = {1, 2, 6, 5, 4, 3, 6, 7};
-    // The history is {0 0 1 0} after 1 and {0 0 1 2} after 2; position 2 gives 1: {0 1 0 2};
-    // position 1 gives 1: {1 0 0 2}; position 0 gives 1; 3 is new, at position 2: {1 0 3 2};
-    // position 2 gives 3: {1 3 0 2}; position 3 gives 2.
+    // The history is {0 0 1 0} after 1 and {0 0 1 2} after 2. Position 2 gives 1: {0 1 0 2}.
+    // Position 1 gives 1: {1 0 0 2}. Position 0 gives 1. 3 is new, at position 2: {1 0 3 2}.
+    // Position 2 gives 3: {1 3 0 2}. Position 3 gives 2.
     const auto file =
         selectorsFile(books, static_cast<std::uint32_t>(symbols.size()),
                       [&](BitWriter& bits, std::size_t i) { books.codes().put(bits, symbols[i]); });
@@ -217,12 +217,12 @@ TEST(BasisEtc1s, RemembersSelectors) {
 }
 
 TEST(BasisEtc1s, RepeatsSelectors) {
-    // The symbol after the history positions repeats its first entry: 3 + 1 times, then 3 + 62
-    // times with an explicit length.
+    // The symbol after the history's positions repeats the history's first entry: 3 + 1 times, then
+    // 3 + 62 times with an explicit length.
     const BasisBooks books = selectorBooks(2);
     const auto file = selectorsFile(books, 72, [&](BitWriter& bits, std::size_t i) {
-        if (i == 0) books.codes().put(bits, 3);  // puts it at position 1
-        if (i == 1) books.codes().put(bits, 5);  // swaps it to the front
+        if (i == 0) books.codes().put(bits, 3);  // stores it at position 1
+        if (i == 1) books.codes().put(bits, 5);  // swaps it with position 0
         if (i == 2 || i == 6) books.codes().put(bits, 6);
         if (i == 2) books.runs.put(bits, 1);
         if (i == 6) {
@@ -234,7 +234,7 @@ TEST(BasisEtc1s, RepeatsSelectors) {
     std::vector<std::size_t> expected(72, 3);
     expected.back() = 0;
     EXPECT_EQ(redsOf(file), shown(expected));
-    // This length is written in two pieces: 3 + (4 + 128).
+    // A length written in two pieces: 3 + (4 + 128).
     const auto longer = selectorsFile(books, 139, [&](BitWriter& bits, std::size_t i) {
         if (i == 0) books.codes().put(bits, 3);
         if (i == 1) books.codes().put(bits, 5);
@@ -280,7 +280,7 @@ TEST(BasisEtc1s, RefusesWhatIsCutShort) {
     EXPECT_TRUE(contains(problemOf(file), "slice of BasisLZ is cut short"));
     file.levels[0].bytes.pop_back();
     EXPECT_TRUE(contains(problemOf(file), "does not fit its level"));
-    // Cut the global data's endpoints, selectors and tables in half, one at a time.
+    // Truncates the endpoints, selectors and tables of the global data to half, one at a time.
     const char* const words[] = {"cut short", "cut short", "cut short"};
     for (std::size_t part = 0; part < 3; ++part) {
         file = whole;
@@ -331,7 +331,7 @@ TEST(BasisEtc1s, RefusesGlobalDataThatContradictsItself) {
         contains(problemOf(alpha), "byte " + std::to_string(20 + alpha.descriptorAt() + 60 + 4)));
 }
 
-/// Writes a table with these code lengths and returns it as read back.
+/// Writes a table with these code lengths, and returns it as read back.
 HuffmanTable tableOf(const std::vector<std::uint8_t>& lengths) {
     BitWriter bits;
     BasisCode(lengths).putTable(bits);
@@ -340,7 +340,7 @@ HuffmanTable tableOf(const std::vector<std::uint8_t>& lengths) {
 }
 
 TEST(HuffmanTable, DecodesWhatWasEncoded) {
-    // The code has all lengths from 1 to 16.
+    // A code with all lengths from 1 to 16.
     std::vector<std::uint8_t> lengths;
     for (std::uint8_t length = 1; length <= 16; ++length)
         lengths.push_back(length);
@@ -364,7 +364,7 @@ TEST(HuffmanTable, RefusesLengthsThatMakeNoCode) {
     EXPECT_TRUE(contains(problemOf([] { tableOf({1, 1, 1}); }), "too many"));
     EXPECT_TRUE(contains(problemOf([] { tableOf({2, 2, 2}); }), "too few"));
     EXPECT_TRUE(contains(problemOf([] { tableOf({1, 16}); }), "too few"));
-    // A code may consist of a single symbol; the other bit is then invalid.
+    // A code may consist of a single symbol. Then the other bit is invalid.
     const HuffmanTable one = tableOf({0, 1});
     const Bytes bits = {0x02};
     BitReader reader(bits, 100);
@@ -387,7 +387,7 @@ TEST(HuffmanTable, TakesRunsOfLengths) {
         BitReader reader(bits.bytes(), 0);
         return HuffmanTable::read(reader);
     };
-    // The lengths are 3 zeros, 11 zeros, a 4, then 3 and 7 + 5 repetitions: 16 codes of 4 bits.
+    // The code lengths: 3 zeros, 11 zeros, a 4, then 3 and 7 + 5 repetitions: 16 codes of 4 bits.
     const HuffmanTable table =
         read(30, {{17, 0, 3}, {18, 0, 7}, {4, 0, 0}, {19, 0, 2}, {20, 5, 7}});
     EXPECT_EQ(table.symbols(), 30U);

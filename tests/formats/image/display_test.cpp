@@ -16,8 +16,8 @@ namespace {
 using Rgba = std::array<float, 4>;
 
 /// Returns the largest error, in 255ths, of a straight pixel that a viewer blends in encoded
-/// values, compared with the premultiplied colour over the same background in linear light.
-/// Backgrounds are 256 greys.
+/// values. The reference is the premultiplied colour over the same background in linear light. The
+/// backgrounds are 256 greys.
 double worstError(const Rgba& shown, const StraightPixel& pixel) {
     double worst = 0;
     for (int grey = 0; grey < 256; ++grey) {
@@ -32,8 +32,7 @@ double worstError(const Rgba& shown, const StraightPixel& pixel) {
     return worst;
 }
 
-/// Returns the naive conversion to straight alpha: divided by the unchanged alpha, then clipped to
-/// 1.
+/// Returns the naive conversion to straight alpha: divides by the unchanged alpha, then clips to 1.
 StraightPixel clipped(const Rgba& shown) {
     const float alpha = std::max(shown[3], 1.0F / 255);
     return {{std::min(1.0F, shown[0] / alpha), std::min(1.0F, shown[1] / alpha),
@@ -54,7 +53,7 @@ TEST(StraightPixels, LightOnClearGlassSurvivesOverEveryGrey) {
         EXPECT_TRUE(pixel.raised);
         EXPECT_GT(worstError(shown, clipped(shown)), before);
         EXPECT_LT(worstError(shown, pixel), after);
-        // With these colours, no other alpha has an error lower by more than a tenth of the range.
+        // For these colours, no other alpha reduces the error by more than a tenth of the range.
         double least = 255;
         for (int i = 1; i <= 255; ++i) {
             StraightPixel other = pixel;
@@ -65,8 +64,8 @@ TEST(StraightPixels, LightOnClearGlassSurvivesOverEveryGrey) {
     }
 }
 
-/// Returns the largest error for light of this colour and all fractions of it, with coverage
-/// `alpha`.
+/// Returns the largest error for light of this colour, and for all fractions of the light, with
+/// coverage `alpha`.
 double worstOfLight(const std::array<float, 3>& color, float alpha) {
     double worst = 0;
     for (int i = 1; i <= 50; ++i) {
@@ -137,7 +136,7 @@ TEST(Displays, ToneMapsSeeOpaqueAndCoveredPartsAlike) {
     for (std::size_t c = 0; c < 3; ++c)
         EXPECT_NEAR(half[c], opaque[c] / 2, 1e-6);
     EXPECT_EQ(half[3], 0.5F);
-    // Light of 3 on clear glass must look like light of 3 on any surface.
+    // Light of 3 must look the same on clear glass as on any surface.
     const Rgba clear = display.shown({3, 3, 3, 0}), covered = display.shown({3, 3, 3, 1});
     EXPECT_FLOAT_EQ(clear[0], covered[0]);
     EXPECT_EQ(display.shown({}), Rgba{});
@@ -170,8 +169,7 @@ float metered(const std::vector<Rgba>& pixels) {
 }
 
 TEST(Metering, AimsHalfwayBetweenMiddleGreyAndHighlights) {
-    // For a single grey v, the mean asks for log2(0.18 / v) stops and the highlights for log2(1 /
-    // v).
+    // For a single grey v, the mean requires log2(0.18 / v) stops and the highlights log2(1 / v).
     for (const float v : {0.01F, 0.18F, 1.0F, 50.0F}) {
         EXPECT_NEAR(metered(std::vector<Rgba>(100, {v, v, v, 1})),
                     (std::log2(0.18 / v) + std::log2(1 / v)) / 2, 0.06);
@@ -181,7 +179,7 @@ TEST(Metering, AimsHalfwayBetweenMiddleGreyAndHighlights) {
     pixels.insert(pixels.end(), 10, {10, 10, 10, 1});
     const double mean = 0.9 * std::log2(0.1) + 0.1 * std::log2(10);
     EXPECT_NEAR(metered(pixels), (std::log2(0.18) - mean - std::log2(10)) / 2, 0.06);
-    // A few sparks make no difference.
+    // A few sparks hardly change the exposure.
     std::vector<Rgba> sparks(990, {0.18F, 0.18F, 0.18F, 1});
     sparks.insert(sparks.end(), 10, {1e6F, 1e6F, 1e6F, 1});
     EXPECT_NEAR(metered(sparks), metered(std::vector<Rgba>(10, {0.18F, 0.18F, 0.18F, 1})), 0.15);
@@ -190,7 +188,8 @@ TEST(Metering, AimsHalfwayBetweenMiddleGreyAndHighlights) {
 }
 
 TEST(Metering, KeepsHighlightsBelowFour) {
-    // Dark, with a very bright twentieth: the halfway exposure would leave that at 2^(3.5).
+    // Dark pixels, and a very bright twentieth. The exposure halfway would leave the bright pixels
+    // at 2^(3.5).
     std::vector<Rgba> pixels(95, {0.001F, 0.001F, 0.001F, 1});
     pixels.insert(pixels.end(), 5, {10, 10, 10, 1});
     EXPECT_NEAR(metered(pixels), std::log2(4.0 / 10), 0.06);

@@ -18,7 +18,7 @@
 namespace peeler::test {
 namespace {
 
-/// Writes `values`, three or four per pixel, with OpenImageIO; returns the path.
+/// Writes `values`, three or four per pixel, with OpenImageIO. Returns the path.
 std::string writeFloats(const ScratchDir& folder, const std::string& name, int width, int height,
                         const std::vector<float>& values, int channels = 3) {
     const std::string path = folder / name;
@@ -29,7 +29,7 @@ std::string writeFloats(const ScratchDir& folder, const std::string& name, int w
     return path;
 }
 
-/// A file's environment and the warnings.
+/// The environment of a file, and the warnings.
 struct Sky {
     Environment environment;
     std::vector<Text> warnings;
@@ -135,7 +135,7 @@ TEST(EnvironmentFile, CutShortIsRefused) {
     }
 }
 
-/// Writes a Radiance file whose pixels are `bytes`, four per pixel; returns the path.
+/// Writes a Radiance file with these bytes, four per pixel. Returns the path.
 std::string writeRadiance(const ScratchDir& folder, const std::string& header,
                           const std::string& resolution, const std::string& bytes) {
     const std::string path = folder / "sky.hdr";
@@ -154,7 +154,7 @@ TEST(EnvironmentFile, MayHaveEachOfTheEightOrientations) {
     for (const bool rows_first : {true, false})
         for (const char x_sign : {'+', '-'})
             for (const char y_sign : {'+', '-'}) {
-                // X grows to the right and Y upward. The first axis of the resolution is the outer
+                // X grows to the right, and Y upward. The first axis of the resolution is the outer
                 // loop.
                 std::string bytes;
                 for (int a = 0; a < (rows_first ? kHeight : kWidth); ++a)
@@ -204,7 +204,7 @@ TEST(EnvironmentFile, WarnsOfSettingsThatHaveNoEffect) {
     }
 }
 
-/// Writes a black sky of this size; returns the path.
+/// Writes a black sky of this size. Returns the path.
 std::string writeExr(const ScratchDir& folder, int width, int height,
                      const std::function<void(Imf::Header&)>& change = {}, std::size_t parts = 1) {
     const std::string path = folder / "sky.exr";
@@ -243,7 +243,7 @@ TEST(EnvironmentFile, WarnsOfPicturesThatAreNotTwiceAsWideAsHigh) {
     const ScratchDir folder;
     for (const auto& [width, height] : {std::pair(64, 32), {1, 1}, {63, 32}, {64, 33}})
         EXPECT_TRUE(skyOf(writeExr(folder, width, height)).warnings.empty());
-    // These are the sizes of a light probe and of cube crosses.
+    // The sizes of a light probe and of cube crosses.
     for (const auto& [width, height] : {std::pair(32, 32), {24, 32}, {32, 24}, {8, 48}})
         EXPECT_EQ(skyOf(writeExr(folder, width, height)).warnings.size(), 1U);
 }

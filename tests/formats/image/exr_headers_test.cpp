@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests that OpenEXR headers are checked, and refused, before a library parses sizes in them that
-// contradict each other.
+// Tests that OpenEXR headers with contradictory sizes are rejected before a library parses them.
 #include <gtest/gtest.h>
 
 #include <cstdint>
@@ -32,8 +31,8 @@ std::string channel(const std::string& name) {
     return name + '\0' + std::string(16, '\1');
 }
 
-/// Returns the complaint about a file whose header has this attribute, followed by other bytes; ""
-/// if there is none.
+/// Returns the error for a file whose header has this attribute, followed by other bytes; "" if
+/// there is none.
 std::string complaint(const std::string& attribute) {
     const ScratchDir scratch;
     const auto path = scratch / "a.exr";

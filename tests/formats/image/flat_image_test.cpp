@@ -25,7 +25,7 @@ class FlatImageFile : public testing::Test {
   protected:
     std::string path(const std::string& name) const { return (scratch_ / name).string(); }
 
-    /// Writes two adjacent pixels, one half covered and one opaque; returns the path.
+    /// Writes two adjacent pixels, one half covered and one opaque. Returns the path.
     std::string write(const std::string& name) const {
         CompositeImage picture;
         picture.window = {0, 0, 2, 1};
@@ -63,7 +63,7 @@ TEST_F(FlatImageFile, JpegHasNoAlpha) {
     EXPECT_NEAR(flat.image.rgba[1][2], 1, 0.05);
 }
 
-/// Writes samples, unchanged, with OpenImageIO.
+/// Writes unchanged samples with OpenImageIO.
 template <class T>
 void writeSamples(const std::string& path, OIIO::ImageSpec spec, const std::vector<T>& samples) {
     const auto output = OIIO::ImageOutput::create(path);
@@ -73,8 +73,8 @@ void writeSamples(const std::string& path, OIIO::ImageSpec spec, const std::vect
 }
 
 TEST_F(FlatImageFile, OfATiffIsTurnedAsItsTagSays) {
-    // The picture has 2 x 3 pixels, numbered; `seen` has them in viewing order for each orientation
-    // of TIFF 6.0, section 8.
+    // A picture of 2 x 3 numbered pixels. `seen` has them in viewing order for each orientation of
+    // TIFF 6.0, section 8.
     const std::vector<std::uint16_t> stored = {1, 2, 3, 4, 5, 6};
     const std::vector<std::vector<int>> seen = {
         {1, 2, 3, 4, 5, 6}, {2, 1, 4, 3, 6, 5}, {6, 5, 4, 3, 2, 1}, {5, 6, 3, 4, 1, 2},

@@ -23,7 +23,8 @@ CompositeImage drawn(const std::string& text, int scale, int x, int y, int width
     return picture;
 }
 
-/// Returns the coverage of a character, with one row above its capital height and three below.
+/// Returns the coverage of a character, from one row above its capital height to three rows below
+/// its baseline.
 std::vector<float> coverage(const std::string& character, int scale) {
     std::vector<float> alphas;
     const int width = kTextAdvance * scale, height = kGlyphRows * scale;
@@ -32,7 +33,7 @@ std::vector<float> coverage(const std::string& character, int scale) {
     return alphas;
 }
 
-/// Returns the first and last row of a character that have ink, counted from the top of capitals.
+/// Returns the first and the last row of a character with ink, counted from the top of capitals.
 std::pair<int, int> rowsOf(char character, int scale) {
     const std::vector<float> all = coverage(std::string(1, character), scale);
     const auto inked = [](float alpha) { return alpha > 0.4F; };

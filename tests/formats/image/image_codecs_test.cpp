@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests that the built-in decoders give the same bits as OpenImageIO's, and that both read what the
-// encoders write.
+// Tests that the built-in decoders give the same bits as OpenImageIO's, and that both read the
+// output of the encoders.
 #include <gtest/gtest.h>
 #include <turbojpeg.h>
 
@@ -25,7 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A decoded file; empty if it was refused.
+/// A decoded file; empty if it was rejected.
 struct Decoded {
     std::vector<std::string> channels;
     int width = 0, height = 0;
@@ -62,7 +62,7 @@ Decoded decoded(ImageDecoder& decoder) {
     return result;
 }
 
-/// Decodes with the OpenImageIO module alone.
+/// Decodes with only the OpenImageIO module.
 Decoded byOpenImageIo(const std::string& format, const Bytes& file) {
     try {
         return decoded(*imageLibrary().decoder(format, "picture." + format, file));
@@ -79,7 +79,7 @@ Decoded builtInPng(const Bytes& file) {
     }
 }
 
-/// Decodes with the built-in decoder alone, which refuses files that need the module.
+/// Decodes with only the built-in decoder, which rejects files that need the module.
 Decoded builtInJpeg(const Bytes& file) {
     try {
         const auto decoder = jpegDecoder("picture.jpg", file);
@@ -114,8 +114,8 @@ struct Kind {
     std::vector<PngChunk> chunks{};
 };
 
-/// Returns kinds of PNG. Some tRNS chunks name the first sample values of the pictures, whose data
-/// is randomBytes(…, 5), so that at least one pixel is transparent.
+/// Returns kinds of PNG. Some tRNS chunks contain the first sample values of the pictures, whose
+/// data is randomBytes(…, 5), so that at least one pixel is transparent.
 std::vector<Kind> kinds() {
     const PngChunk palette = {"PLTE", randomBytes(768, 1)};
     const auto colors = [&](std::size_t count) {
@@ -137,11 +137,11 @@ std::vector<Kind> kinds() {
         for (const PngColor color :
              {PngColor::kGrey, PngColor::kRgb, PngColor::kGreyAlpha, PngColor::kRgba})
             all.push_back({color, depth});
-        // For RGB a palette is only a suggestion.
+        // For RGB, a palette is only a suggestion.
         all.push_back({PngColor::kRgb, depth, {colors(9)}});
     }
     all.push_back({PngColor::kGrey, 16, {{"tRNS", {first[0], first[1]}}}});
-    // The value has more than 8 bits.
+    // A value of more than 8 bits.
     all.push_back({PngColor::kGrey, 8, {{"tRNS", {9, first[0]}}}});
     all.push_back({PngColor::kGrey, 8, {{"tRNS", {first[0]}}}});
     all.push_back({PngColor::kPalette, 8, {colors(2), {"tRNS", {1, 2, 3}}}});
@@ -166,7 +166,7 @@ TEST(BuiltInPng, IsOpenImageIosInEveryKind) {
             }
 }
 
-/// Encodes samples, of which 16-bit ones are in machine byte order.
+/// Encodes samples. 16-bit samples are in machine byte order.
 Bytes encodedPng(const ImageToEncode& image, const Bytes& samples, int rows_at_once) {
     struct : EncodedFile {
         std::uint64_t size() const override { return bytes.size(); }
@@ -191,8 +191,8 @@ Bytes encodedPng(const ImageToEncode& image, const Bytes& samples, int rows_at_o
     return file.bytes;
 }
 
-// Rows are compressed in pieces, in parallel. The largest picture has more pieces than are held at
-// once.
+// Rows are compressed in pieces, in parallel. The largest picture has more pieces than memory holds
+// at once.
 TEST(BuiltInPng, EncodesTheSameBytesOnAnyNumberOfThreads) {
     for (const auto& [width, height] : {std::pair(1, 1), {3, 200}, {300, 500}, {1100, 1300}}) {
         for (const int channels : {1, 2, 3, 4}) {
@@ -262,7 +262,7 @@ TEST(BuiltInPng, TellsTheSameDescription) {
     EXPECT_THROW(imageDecoder("png", scratch / "missing.png"), std::runtime_error);
 }
 
-/// Damages a file at random, with a fixed seed, and calls attempt(damaged file) each time.
+/// Damages a file at random, with a fixed seed. Calls attempt(damaged file) each time.
 template <class Attempt>
 void damage(const Bytes& file, unsigned rounds, const Attempt& attempt) {
     std::mt19937 random(3);
@@ -282,14 +282,14 @@ TEST(BuiltInPng, NeverTakesDamageThatOpenImageIoRefuses) {
         try {
             reduced = withoutPngMetadata(file).bytes;
         } catch (const Error&) {
-            return;  // decoders never see this damage
+            return;  // decoders never get this damage
         }
         const Decoded ours = builtInPng(reduced);
         if (!ours.bytes.empty()) {
             EXPECT_TRUE(ours == byOpenImageIo("png", reduced));
         }
     });
-    // IEND may be missing, so all sizes end before it.
+    // The decoder accepts a missing IEND, so all sizes end before it.
     for (std::size_t size = 1; size < whole.size() - 12; size += 7)
         EXPECT_TRUE(
             builtInPng(Bytes(whole.begin(), whole.begin() + std::ptrdiff_t(size))).bytes.empty())
@@ -304,7 +304,7 @@ TEST(BuiltInDecoders, AllocateNothingForPicturesThatAreTooLarge) {
     EXPECT_THROW(imageDecoder("png", "huge.png", file), std::runtime_error);
 }
 
-/// The environment belongs to the host, which may have set OpenImageIO's limits in it.
+/// The environment belongs to the host, which may have set limits for OpenImageIO in it.
 TEST(ImageLibrary, LeavesTheEnvironmentAlone) {
     unsetenv("OPENIMAGEIO_THREADS");
     setLibraryThreads(1);
@@ -347,8 +347,8 @@ Bytes jpeg(const JpegKind& kind, int width, int height) {
     tjFree(memory);
     tjDestroy(compressor);
     if (kind.adobe < 0) return file;
-    // The start of the file and the marker segment after it, JFIF's or Adobe's, are replaced by
-    // these bytes with a segment of Adobe's.
+    // Replaces the start of the file and the next marker segment, JFIF's or Adobe's, by these bytes
+    // with an Adobe segment.
     const Bytes adobe = {0xFF, 0xD8, 0xFF, 0xEE, 0,   14,
                          'A',  'd',  'o',  'b',  'e', 0,
                          100,  0,    0,    0,    0,   static_cast<std::uint8_t>(kind.adobe)};
@@ -393,7 +393,7 @@ TEST(BuiltInJpeg, LeavesTheRestToTheModule) {
 
 TEST(BuiltInDecoders, AreOpenImageIosOnRealTextures) {
     PEELER_REQUIRE_ASSETS(assets);
-    constexpr std::size_t kEvery = 5;  // takes half a second in total per format
+    constexpr std::size_t kEvery = 5;  // half a second in total per format
     std::size_t found = 0, compared = 0;
     for (const auto& entry : fs::recursive_directory_iterator(assets)) {
         const std::string extension = entry.path().extension();

@@ -103,8 +103,8 @@ std::string envmap(Imf::Envmap kind) {
     return exrWith([&](Imf::Header& header) { Imf::addEnvmap(header, kind); });
 }
 
-/// Returns the statements. Files of textures are named t…, of environments e…, of compared pictures
-/// c….
+/// Returns the statements. The names of textures begin with t, of environments with e, of compared
+/// pictures with c.
 std::vector<Statement> texturesAndPictures() {
     Ktx2File swizzled = ktx2Of(), premultiplied = ktx2Of(), grey = ktx2Of();
     swizzled.metadata = {{"KTXswizzle", std::string("bgra\0", 5)}};

@@ -22,7 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 using Rgba = std::array<float, 4>;
 
-/// Returns one row of pixels with one fragment each, or none where alpha and colour are 0.
+/// Returns one row of pixels with one fragment each. Pixels with alpha and colour 0 have none.
 test::SyntheticPicture rowOfPixels(const std::vector<Rgba>& colors) {
     test::SyntheticPicture picture;
     const int width = static_cast<int>(colors.size());
@@ -91,8 +91,8 @@ TEST_F(ImageFile, PngHasSrgbBytesAndStraightAlpha) {
                                                        {0.2158605F, 4, 0.0005F, 1},
                                                        {0.1F, 0.1F, 0.1F, 0.1F}}));
     ASSERT_EQ(pixels.channels, 4);
-    // In sRGB, 0.5 is byte 188; 0.25 of alpha 0.5 is straight 0.5; 0.2158605 is byte 128; 0.0005 is
-    // in the linear toe: 0.00646·255 = 1.6.
+    // In sRGB, 0.5 is byte 188, and 0.2158605 is byte 128. 0.25 with alpha 0.5 is straight 0.5.
+    // 0.0005 is in the linear toe: 0.00646·255 = 1.6.
     const std::vector<std::uint16_t> wanted = {255, 0, 188, 255, 188, 0,   0,   128, 0,   0,
                                                0,   0, 128, 255, 2,   255, 255, 255, 255, 26};
     EXPECT_EQ(pixels.values, wanted);
@@ -120,7 +120,7 @@ TEST_F(ImageFile, LightWithoutCoverageRaisesAlpha) {
     options.outcome = std::make_shared<DisplayOutcome>();
     const Pixels pixels = writeAndRead(
         scratch / "out.png", rowOfPixels({{0.18F, 0.18F, 0.18F, 0}, {0.1F, 0, 0, 0.5F}}), options);
-    // In sRGB, 0.18 is byte 118; 0.1 of alpha 0.5 is straight 0.2, byte 124.
+    // In sRGB, 0.18 is byte 118. 0.1 with alpha 0.5 is straight 0.2, byte 124.
     EXPECT_EQ(pixels.values, (std::vector<std::uint16_t>{255, 255, 255, 118, 124, 0, 0, 128}));
     EXPECT_EQ(options.outcome->raised_pixels, 1U);
     options.background = {0, 0, 0, 1};
@@ -141,7 +141,7 @@ TEST_F(ImageFile, AutomaticExposureIsMeteredOnTheWholePicture) {
     // rounded to tenths.
     EXPECT_NEAR(options.outcome->exposure, std::log2(0.424 / 100), 0.051);
     EXPECT_NEAR(pixels.values[0], 174, 4);
-    // Parts of a picture are not metered, so that they match.
+    // Parts of a picture are not metered, so that their exposures match.
     picture.plan.view.height = 2;
     writeAndRead(scratch / "part.png", picture, options);
     EXPECT_EQ(options.outcome->exposure, 0);
@@ -247,17 +247,17 @@ TEST(ToneMaps, CurvesAreWhatTheyClaim) {
         }
         throw std::runtime_error("no such tone map");
     };
-    // In "neutral", base colours below the shoulder lose only the 4 % Fresnel offset.
+    // With "neutral", base colours below the shoulder lose only the 4 % Fresnel offset.
     const auto base = map("neutral", {0.5F, 0.3F, 0.2F});
     EXPECT_NEAR(base[0], 0.46F, 1e-6);
     EXPECT_NEAR(base[1], 0.26F, 1e-6);
     EXPECT_NEAR(base[2], 0.16F, 1e-6);
-    // In "aces", the value of 18 % grey was computed by hand.
+    // With "aces", the expected value of 18 % grey was computed by hand.
     EXPECT_NEAR(map("aces", {0.18F, 0.18F, 0.18F})[0], 0.1055F, 2e-3);
     EXPECT_EQ(map("none", {5, 0, -1}), (std::array<float, 3>{5, 0, -1}));
 }
 
-/// Returns kind and hint of the Error that makeSink() throws.
+/// Returns the kind and hint of the Error that makeSink() throws.
 std::string usageHint(const std::string& path, const OutputOptions& options) {
     try {
         makeSink(path, options);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A writer of valid and invalid KTX 2.0 files whose bytes are known.
+// A writer of valid and invalid KTX 2.0 files with known bytes.
 #pragma once
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tests that KTX 2.0 files are decoded as specified, that all fields are checked, and that every
-// refusal names the byte.
+// error names the byte.
 #include <gtest/gtest.h>
 #include <libdeflate.h>
 #include <zstd.h>
@@ -39,7 +39,7 @@ std::string problemOf(const Bytes& file) {
     return "";
 }
 
-/// Returns the blocks of 8 × 4 pixels: two, of one colour each.
+/// Returns the two blocks of 8 × 4 pixels. Each is of a single colour.
 Bytes twoBlocks() {
     Bytes blocks = solidUastcBlock(10, 20, 30, 40);
     const Bytes second = solidUastcBlock(50, 60, 70, 80);
@@ -96,7 +96,7 @@ TEST(Ktx2, IsUnpacked) {
         const Picture picture = decoded(file.bytes());
         EXPECT_EQ(picture.rgba, expected) << name;
         EXPECT_EQ(picture.stored.codec, name);
-        // The data is truncated, damaged, or of a different length than declared.
+        // The data is truncated, damaged, or not as long as declared.
         file.levels[0].bytes.pop_back();
         EXPECT_TRUE(contains(problemOf(file.bytes()), scheme == 2 ? "Zstandard: " : "ZLIB"));
         file.levels[0].bytes = Bytes(packed.size(), 0x55);
@@ -173,8 +173,8 @@ TEST(Ktx2, HasTheChannelsThatItSays) {
     };
     EXPECT_EQ(shown(0), (Bytes{1, 2, 3, 255}));  // RGB
     EXPECT_EQ(shown(3), (Bytes{1, 2, 3, 4}));    // RGBA
-    EXPECT_EQ(shown(4), (Bytes{1, 2, 3, 255}));  // R, repeated; or colours from a beta of toktx
-    EXPECT_EQ(shown(5), (Bytes{1, 4, 0, 255}));  // R, repeated, and G in alpha
+    EXPECT_EQ(shown(4), (Bytes{1, 2, 3, 255}));  // repeated R; or colours from a beta of toktx
+    EXPECT_EQ(shown(5), (Bytes{1, 4, 0, 255}));  // repeated R, with G as alpha
     EXPECT_EQ(shown(6), (Bytes{1, 2, 0, 255}));  // R and G
     EXPECT_TRUE(contains(problemOf([] {
                              Ktx2File file = uastcFile(4, 4, solidUastcBlock(1, 2, 3, 4));
@@ -210,7 +210,7 @@ TEST(Ktx2, HasItsMetadata) {
     EXPECT_EQ(Bytes(swizzled.rgba.begin(), swizzled.rgba.begin() + 4), (Bytes{3, 0, 4, 255}));
     ASSERT_EQ(swizzled.stored.notes.size(), 1U);
     EXPECT_TRUE(contains(swizzled.stored.notes[0], "b0a1"));
-    // Where a texture has no alpha, `a` is 1.
+    // If the texture has no alpha, `a` is 1.
     file.channels = {0};
     file.metadata = {{"KTXswizzle", "aaar"}};
     const Bytes white = decoded(file.bytes()).rgba;
@@ -265,7 +265,7 @@ TEST(Ktx2, MayHaveLevelsThatAreChecked) {
     EXPECT_TRUE(contains(problemOf(file.bytes()), "needs 16 bytes, but has 32"));
 }
 
-/// A header field and an invalid value for it.
+/// A header field and an invalid value.
 struct Damage {
     const char* name;
     std::size_t at;
@@ -332,8 +332,8 @@ TEST(Ktx2, IsRefusedWhereverItEnds) {
 
 TEST(Ktx2, PromisesNoMoreThanItsPackingCan) {
     // 16,384 pixels per side are 268,435,456 bytes. 8,191 bytes of Zstandard can expand to at most
-    // 268,402,688, so they are refused at once. 8,192 bytes could suffice, so the check passes,
-    // though they do not hold the pixels.
+    // 268,402,688, so they are rejected at once. 8,192 bytes could suffice, so the check passes,
+    // but they do not contain the pixels.
     Ktx2File file = uastcFile(16384, 16384, {});
     for (const auto& [scheme, most] : {std::pair(2U, 8192U), std::pair(3U, 260112U)}) {
         file.scheme = scheme;
@@ -359,7 +359,7 @@ TEST(Ktx2, NeverEndsOtherwiseThanInAPictureOrAnError) {
     packed.metadata = {{"KTXswizzle", "bgra"}};
     const std::vector<Bytes> files = {uastcFile(8, 4, twoBlocks()).bytes(), packed.bytes(),
                                       basisFile(12, 8, books, {slice, slice}).bytes()};
-    unsigned state = 1;  // a fixed seed, so that the damage is the same every time
+    unsigned state = 1;  // a fixed seed, so that the damage is always the same
     const auto random = [&] { return state = state * 1664525U + 1013904223U, state >> 8U; };
     for (const Bytes& file : files)
         for (int round = 0; round < 3000; ++round) {

@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::array<float, 4> kPaper{1, 1, 1, 1};
 
-/// Returns the number of pixels in these rows that have ink, i.e. not the paper's colour.
+/// Returns the number of pixels with ink (not the paper's colour) in these rows.
 int inked(const CompositeImage& picture, int y0, int y1) {
     int count = 0;
     const auto width = static_cast<std::size_t>(picture.window.width());
@@ -31,7 +31,7 @@ TEST(Legend, ABarHasItsTitleItsColoursAndItsNumbers) {
         EXPECT_GT(inked(legend, 4 * s, 11 * s), 0) << "the title";
         EXPECT_GT(inked(legend, size.height - 11 * s, size.height - 4 * s), 0) << "the numbers";
         EXPECT_EQ(inked(legend, 0, 3 * s) + inked(legend, size.height - 4 * s, size.height), 0);
-        // The number of the maximum must be at the right end.
+        // The maximum must be at the right end.
         CompositeImage text;
         text.window = {0, 0, 2 * kTextAdvance * s, kTextHeight * s};
         text.rgba.resize(text.window.pixels());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A writer of uncompressed PNG files of every colour type whose bytes are known.
+// A writer of uncompressed PNG files of every colour type, with known bytes.
 #pragma once
 
 #include <array>
@@ -24,8 +24,8 @@ inline std::uint32_t channelsOf(PngColor color) {
     return kChannels[static_cast<std::size_t>(color)];
 }
 
-/// Returns rows that each begin with a filter byte, in one pass or in seven (§8.2, Adam7). Without
-/// samples, only the filter bytes.
+/// Returns the rows, each after a filter byte, in one pass or in seven (§8.2, Adam7). Without
+/// samples, returns only the filter bytes.
 inline Bytes filteredRows(std::uint32_t width, std::uint32_t height, std::uint32_t bits,
                           const Bytes& samples, bool interlaced) {
     struct Pass {
@@ -52,7 +52,7 @@ inline Bytes filteredRows(std::uint32_t width, std::uint32_t height, std::uint32
 }
 
 /// Returns a PNG (ISO/IEC 15948). `samples` are the bytes of all rows without filter bytes;
-/// `chunks` go before the pixels, e.g. PLTE and tRNS. Supports at most 64 KiB of pixels.
+/// `chunks`, such as PLTE and tRNS, precede the pixels. Supports at most 64 KiB of pixels.
 inline Bytes png(std::uint32_t width, std::uint32_t height, PngColor color, std::uint8_t depth,
                  const Bytes& samples, const std::vector<PngChunk>& chunks = {},
                  bool interlaced = false) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests that the sRGB table gives the same bytes as the function, wherever the byte changes and in
-// between.
+// Tests that the sRGB table gives the same bytes as the function, at every change of the byte and
+// in between.
 #include "formats/image/image_writer.h"
 
 #include <gtest/gtest.h>

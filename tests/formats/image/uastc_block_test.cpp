@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests that UASTC blocks decode to the texels of the specification's tables, mode by mode.
+// Tests that UASTC blocks of every mode decode to the texels of the specification's tables.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -25,8 +25,8 @@ Color texel(const Texels& texels, std::size_t i) {
 
 constexpr Color kErrorColor = {255, 0, 255, 255};
 
-/// Returns a weight expanded by "UASTC unquantization values for weight expansion". Those of 5 bits
-/// increase by 2, except for a step of 4 in the middle.
+/// Returns a weight expanded by "UASTC unquantization values for weight expansion". The expanded
+/// 5-bit weights increase by 2, except for a step of 4 in the middle.
 unsigned expandedWeight(unsigned bits, unsigned weight) {
     constexpr unsigned kOfFour[] = {0, 4, 8, 12, 17, 21, 25, 29, 35, 39, 43, 47, 52, 56, 60, 64};
     constexpr unsigned kOfThree[] = {0, 9, 18, 27, 37, 46, 55, 64}, kOfTwo[] = {0, 21, 43, 64};
@@ -45,7 +45,7 @@ unsigned expandedWeight(unsigned bits, unsigned weight) {
 }
 
 /// Endpoint values of "UASTC unquantization data for Mode …", 0 to 255, by (digits, bits) and
-/// index, in which the digit is above the bits.
+/// index. In the index, the digit is above the bits.
 const std::map<std::pair<unsigned, unsigned>, std::map<unsigned, std::uint8_t>> kUnquantized = {
     {{3, 2},
      {{0, 0},
@@ -135,10 +135,10 @@ std::vector<std::pair<unsigned, std::uint8_t>> endpointsOf(const UastcLayout& mo
     return out;
 }
 
-/// Returns the subset of a texel by ASTC's algorithm (Khronos Data Format Specification 1.3,
-/// "Partition Pattern Generation"), for blocks of 4 × 4.
+/// Returns the subset of a texel by ASTC's algorithm for blocks of 4 × 4 (Khronos Data Format
+/// Specification 1.3, "Partition Pattern Generation").
 unsigned astcSubset(unsigned seed, unsigned x, unsigned y, unsigned count) {
-    x *= 2;  // as for all blocks of fewer than 31 texels
+    x *= 2;  // for all blocks of fewer than 31 texels
     y *= 2;
     seed += (count - 1) * 1024;
     std::uint32_t p = seed;
@@ -234,7 +234,7 @@ TEST_P(UastcModes, HaveTheEndpointsOfTheTables) {
 }
 
 TEST_P(UastcModes, HaveTheWeightsOfTheTables) {
-    // Endpoints are 0 and 255 in every channel and subset, so texels show the weights.
+    // Endpoints are 0 and 255 in every channel and subset, so the texels are the weights.
     const unsigned levels = 1U << mode().weight_bits;
     const Partition partition = partitionOf(GetParam(), 1 % mode().patterns);
     UastcFields block = fields(1 % mode().patterns, partition);
@@ -307,7 +307,7 @@ TEST(UastcBlock, MayBeOfOneColor) {
 }
 
 TEST(UastcBlock, OfNoModeHasTheErrorColor) {
-    // Every code of seven bits selects a mode, except the reserved code.
+    // Every seven-bit code selects a mode, except the reserved code.
     for (unsigned code = 0; code < 128; ++code) {
         Bytes block(16, 0);
         block[0] = static_cast<std::uint8_t>(code);
@@ -317,8 +317,8 @@ TEST(UastcBlock, OfNoModeHasTheErrorColor) {
 }
 
 TEST(UastcBlock, RoundsAsItsColorsAreMeant) {
-    // Interpolating from 0 to 6 by 21/64 gives, without and with sRGB: (1542 · 21 + 32) >> 14, and
-    // (128 · 43 + 1664 · 21 + 32) >> 14.
+    // Interpolation from 0 to 6 by 21/64: without sRGB (1542 · 21 + 32) >> 14, with sRGB (128 · 43
+    // + 1664 · 21 + 32) >> 14.
     UastcFields block;
     block.mode = 1;
     block.endpoints = {0, 6, 0, 6, 0, 6};
@@ -329,7 +329,7 @@ TEST(UastcBlock, RoundsAsItsColorsAreMeant) {
 
 TEST(UastcBlock, TakesDigitsThatNoEncoderWrites) {
     // "Implementations should be resilient to ET bytes containing 243..255, which are mapped to
-    // 0..12": 255 is read as 12, which is the trits 0, 1, 1, 0, 0.
+    // 0..12": 255 is read as 12, the trits 0, 1, 1, 0, 0.
     UastcFields block;
     block.mode = 3;
     block.endpoints.assign(18, 0);
@@ -338,8 +338,8 @@ TEST(UastcBlock, TakesDigitsThatNoEncoderWrites) {
     Bytes bytes = uastcBlock(block);
     for (unsigned bit = 24; bit < 32; ++bit)
         bytes[bit / 8] |= static_cast<std::uint8_t>(1U << bit % 8);
-    // The third trit belongs to the low green endpoint of the first subset; 1 of 11 is the value
-    // 23.
+    // The third trit belongs to the low green endpoint of the first subset. Index 1 of 11 is the
+    // value 23.
     EXPECT_EQ(texel(texelsOf(bytes), 0), (Color{0, 23, 0, 255}));
 }
 

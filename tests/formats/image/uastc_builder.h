@@ -24,7 +24,7 @@ struct UastcLayout {
     std::size_t endpoints() const { return std::size_t{2} * subsets * channels; }
 };
 
-/// The modes' layouts, by mode index; the single-colour mode has no fields here.
+/// The layouts by mode index. The single-colour mode has no fields here.
 inline constexpr UastcLayout kUastcLayouts[] = {
     {0x01, 4, 19, 0, 1, false, 1, 3, 1, 3, 6, 4},  {0x35, 6, 21, 0, 1, false, 1, 3, 1, 1, 8, 2},
     {0x1D, 5, 20, 5, 30, false, 2, 3, 1, 1, 4, 3}, {0x03, 5, 20, 4, 11, false, 3, 3, 1, 3, 2, 2},
@@ -41,13 +41,13 @@ inline constexpr UastcLayout kUastcLayouts[] = {
 struct UastcFields {
     std::size_t mode = 0;
     unsigned pattern = 0, selector = 0;
-    /// Low and high value for each subset and channel; the digit (trit or quint) is above
+    /// Low and high value for each subset and channel. The digit (trit or quint) is above the
     /// endpoint_bits.
     std::vector<unsigned> endpoints{};
-    /// One weight per texel, two in modes with two planes. Anchors are stored without their highest
-    /// bit.
+    /// One weight per texel, or two in modes with two planes. Anchors are stored without their
+    /// highest bit.
     std::vector<unsigned> weights{};
-    std::vector<std::size_t> anchors = {0};  ///< texels whose weights have no highest bit
+    std::vector<std::size_t> anchors = {0};  ///< texels whose weights lack the highest bit
 };
 
 inline Bytes uastcBlock(const UastcFields& fields) {

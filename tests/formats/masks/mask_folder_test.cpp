@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests mask folders: their content, and remains of earlier runs.
+// Tests mask folders: their content, and remaining files of earlier runs.
 #include "formats/masks/mask_folder.h"
 
 #include <gtest/gtest.h>
@@ -49,8 +49,8 @@ TEST(GreyPng, KeepsItsSamples) {
         EXPECT_EQ(std::lround(samples[i] * 65535), words[i]);
 }
 
-/// Returns a picture of 4 x 3 pixels by a camera 5 above the origin that looks down at it, with +Z
-/// at the bottom of the picture. Its focal lengths are 4 and 6 pixels.
+/// Returns a picture of 4 x 3 pixels. The camera is 5 above the origin and looks down at it, with
+/// +Z at the bottom of the picture. Its focal lengths are 4 and 6 pixels.
 View view() {
     View view;
     view.width = 4;
@@ -76,7 +76,7 @@ ObjectMasks masks(std::initializer_list<std::uint32_t> amodal,
     return masks;
 }
 
-/// Masks of three objects, of which the second is outside the picture and the third is hidden.
+/// Masks of three objects: the second is outside the picture, and the third is hidden.
 class MaskFiles : public testing::Test {
   protected:
     MaskFiles() {
@@ -132,8 +132,8 @@ TEST_F(MaskFiles, AreBops) {
     EXPECT_EQ(info["0"][1]["bbox_obj"], (Json{-1, -1, -1, -1})) << "as calc_gt_info.py";
     EXPECT_EQ(info["0"][1]["visib_fract"], 0);
     const Json camera = json("scene_camera.json")["0"];
-    // Positions are counted from the centre of the first pixel: the middle of 4 pixels is 1.5, of 3
-    // it is 1.
+    // Positions are relative to the centre of the first pixel: the middle of 4 pixels is 1.5, and
+    // of 3 pixels it is 1.
     EXPECT_EQ(camera["cam_K"], (Json{4.0, 0, 1.5, 0, 6.0, 1.0, 0, 0, 1}));
     EXPECT_EQ(camera["depth_scale"], 1);
     EXPECT_EQ(json("camera.json")["width"], 4);
@@ -143,7 +143,7 @@ TEST_F(MaskFiles, AreBops) {
     ASSERT_EQ(gt.size(), 2U);
     EXPECT_EQ(gt[0]["obj_id"], 1);
     EXPECT_EQ(gt[1]["obj_id"], 3);
-    // In camera space, X is the same, down is +Z, and the distance is 5 minus the height.
+    // In camera space, X is the same, down is +Z, and the depth is 5 minus the height.
     const double place[] = {1000, 3000, 3000}, turned[] = {1, 0, 0, 0, 0, 1, 0, -1, 0};
     for (std::size_t i = 0; i < 3; ++i)
         EXPECT_NEAR(gt[0]["cam_t_m2c"][i].get<double>(), place[i], 1e-9);
@@ -213,7 +213,7 @@ TEST_F(MaskFiles, AreKnownByTheirRecord) {
     EXPECT_TRUE(all.bytesOf(3, "hash"));
     fs::remove(scratch_ / "ids/000003_layer_000.png");
     EXPECT_FALSE(all.bytesOf(3, "hash"));
-    // A record may come from elsewhere, so it is not trusted if damaged.
+    // A record may come from another program, so a damaged record is not trusted.
     for (const char* const damage : {"", "{", "[]", "{\"hash\": 3}",
                                      "{\"hash\": \"hash\", \"masks\": -1, \"layers\": 1e99}"}) {
         std::ofstream(all.record(3)) << damage;
@@ -258,8 +258,7 @@ TEST_F(MaskFiles, HaveNoRecordUntilAllOfThemAreThere) {
     const auto begun = fs::path(all.record(0)).replace_extension(".begun");
     write(all, 0, "before");
     EXPECT_FALSE(fs::exists(begun));
-    // This is the state after the process was killed: some files are there, more than the next run
-    // writes.
+    // The state after a kill: there are more files than the next run writes.
     const fs::path blocked = scratch_ / "ids/000000_layer_000.png";
     fs::remove(blocked);
     fs::create_directory(blocked);
@@ -274,7 +273,7 @@ TEST_F(MaskFiles, HaveNoRecordUntilAllOfThemAreThere) {
     EXPECT_TRUE(all.bytesOf(0, "after"));
     EXPECT_FALSE(fs::exists(begun));
     EXPECT_FALSE(fs::exists(scratch_ / "mask/000000_000001.png"));
-    // Earlier versions wrote records like this while the files were incomplete.
+    // Earlier versions wrote such a record while files were incomplete.
     std::ofstream(all.record(0)) << R"({"hash": "", "masks": 3, "layers": 2})";
     std::ofstream(scratch_ / "mask/000000_000002.png") << "left";
     write(all, 0, "after");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests scenes stored as arrays, in either container, and invalid ones.
+// Tests scenes stored as arrays, in both containers, and invalid scenes.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -14,7 +14,7 @@
 namespace peeler::test {
 namespace {
 
-/// An array and its values, in the file's layout.
+/// An array and its values as stored in a file.
 struct GivenArray {
     NamedArray array;
     std::string numbers;
@@ -87,7 +87,7 @@ TEST(ArrayScenes, HaveEverythingThatTheirArraysSay) {
     EXPECT_TRUE(material.double_sided);
     EXPECT_EQ(read.images.at(0).rgba, (std::vector<std::uint8_t>{1, 2, 3, 255, 4, 5, 6, 255}));
     EXPECT_EQ(read.images[0].width, 2);
-    // The hash depends on the content, not on the file's name.
+    // The hash depends on the content, not on the file name.
     EXPECT_EQ(readSceneFile(scene.write(scratch, "b.safetensors")).content_hash, read.content_hash);
     scene.texts["roughness"] = "0.25";
     EXPECT_NE(readSceneFile(scene.write(scratch, "b.safetensors")).content_hash, read.content_hash);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests PLY, STL and OBJ files of other programs: either their meaning is read, or a warning names
-// the problem.
+// Tests PLY, STL and OBJ files of other programs: either they are read correctly, or a warning
+// names the problem.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -37,7 +37,8 @@ class ForeignMeshes : public testing::Test {
         ADD_FAILURE() << name << " was read";
         return {ErrorKind::kInternal, "", ""};
     }
-    /// Returns the red of the first pixel of the base colour texture of the mesh's material, or −1.
+    /// Returns the red of the first pixel of the base colour texture of the mesh's material; −1 if
+    /// there is no texture.
     static int redOf(const Scene& scene) {
         const Primitive& mesh = scene.meshes.at(0).primitives.at(0);
         const TextureRef& texture =
@@ -179,7 +180,7 @@ TEST_F(ForeignMeshes, DissolveGoesBeforeTransparency) {
     const struct {
         const char* statements;
         float alpha;
-        const char* warning;  ///< a part of the expected warning; null = no warning
+        const char* warning;  ///< part of the expected warning; null = none
     } cases[] = {
         {"d 1\nTr 1\n", 1, "contradict"},      {"Tr 1\nd 1\n", 1, "contradict"},
         {"d 0.25\nTr 0.75\n", 0.25F, nullptr}, {"d 1\nTr 0\n", 1, nullptr},
@@ -274,7 +275,7 @@ TEST_F(ForeignMeshes, NormalsThatAreNotFiniteAreLeftOut) {
 
 // ---- PLY
 
-/// Returns a square of four corners and two triangles whose faces have additional properties.
+/// Returns a square of four corners and two triangles. The faces have these additional properties.
 std::string squarePly(const std::string& comments, const std::string& properties,
                       const std::string& faces) {
     return "ply\nformat ascii 1.0\n" + comments + "element vertex 4\n" + kXyz +
@@ -301,7 +302,7 @@ TEST_F(ForeignMeshes, FacesOfAPlyChooseAmongItsTextures) {
     EXPECT_EQ(red(scene, 1), 10);
     EXPECT_EQ(scene.meshes[0].primitives[1].positions.at(2), glm::vec3(0, 1, 0));
     EXPECT_EQ(scene.meshes[0].primitives[1].texcoords[0].at(2), glm::vec2(0, 0));
-    // One face has no texture, the other a texture that is missing.
+    // One face has no texture; the other face's texture is missing.
     const Scene none = read("b.ply", squarePly(textures, properties,
                                                "3 0 1 2 6 0 0 1 0 1 1 -1\n"
                                                "3 0 2 3 6 0 0 1 1 0 1 1\n"));

@@ -19,7 +19,7 @@ using Triangle = PolygonCutter::Triangle;
 
 // ---- polygons
 
-/// Returns the outline in the plane z = x + 2 y, whose normal is not along an axis.
+/// Returns the outline, moved to the oblique plane z = x + 2 y.
 std::vector<glm::vec3> tilted(const std::vector<glm::vec2>& outline) {
     std::vector<glm::vec3> corners;
     for (const glm::vec2& p : outline)
@@ -32,7 +32,7 @@ double areaOf(const std::vector<glm::vec3>& corners, const Triangle& t) {
     return glm::cross(at(1) - at(0), at(2) - at(0)).z / 2;
 }
 
-/// Triangulates the polygon. Expects triangles of the same orientation with its total area.
+/// Triangulates the polygon. Expects triangles of the polygon's orientation and total area.
 std::vector<Triangle> expectCut(const std::vector<glm::vec2>& outline, double area) {
     const std::vector<glm::vec3> corners = tilted(outline);
     PolygonCutter cutter;
@@ -153,7 +153,8 @@ TEST_F(MeshScenes, OfStripsOfAPly) {
 }
 
 TEST_F(MeshScenes, OfAPlyWhoseLinesEndByCarriageReturnsAlone) {
-    // The first byte of data is a line feed, so the header's end must be found without it.
+    // The first byte of data is a line feed. The reader must not treat it as part of the header's
+    // last line end.
     const float coordinates[] = {std::bit_cast<float>(0x3F80000AU), 0, 0, 0, 1, 0, 0, 0, 1};
     const std::string data(reinterpret_cast<const char*>(coordinates), sizeof coordinates);
     const std::string face("\x03\0\0\0\0\1\0\0\0\2\0\0\0", 13);
@@ -188,7 +189,7 @@ TEST_F(MeshScenes, OfAnObjKeepTheOrderOfItsFaces) {
                              "usemtl y\nf 1/1 3/1 4/-1\nusemtl x\nf -4 \\\n-3 -2 -1\n");
     ASSERT_EQ(scene.meshes.size(), 1U);
     const std::vector<Primitive>& parts = scene.meshes[0].primitives;
-    // A new part begins where the material and the presence of texture coordinates change.
+    // A new part begins when the material changes, or the presence of texture coordinates.
     ASSERT_EQ(parts.size(), 3U);
     EXPECT_EQ(parts[0].indices.size(), 3U);
     EXPECT_EQ(parts[1].texcoords[0][0], glm::vec2(0, 0.75F));
@@ -233,7 +234,7 @@ TEST_F(MeshScenes, OfAnObjHaveTheTexturesOfItsMtl) {
     const auto imageOf = [&](const TextureRef& texture) -> const Image& {
         return scene.images.at(static_cast<std::size_t>(texture.image));
     };
-    // Colours are from one texture and alpha from the other, at the larger of both sizes.
+    // The colours are from one texture and alpha is from the other, at the larger of the two sizes.
     const TextureRef& colors = material.base_color_texture;
     EXPECT_EQ(imageOf(colors).width, 2);
     EXPECT_EQ(imageOf(colors).height, 2);
@@ -268,7 +269,7 @@ TEST_F(MeshScenes, AreTurnedAndScaledByTheirNodes) {
     EXPECT_EQ(glm::dvec3(other.nodes[0].local * corner), glm::dvec3(-1, 0.5, 1.5));
 }
 
-/// None of a box's edges is smooth at 80 degrees; all are at 100.
+/// At 80 degrees no edge of a box is smooth; at 100 degrees all are.
 TEST_F(MeshScenes, AreSmoothWithinAnAngle) {
     const std::string box =
         "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n"

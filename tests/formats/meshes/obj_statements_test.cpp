@@ -43,7 +43,7 @@ constexpr const char* kObjBroken =
     "no OBJ line, non-finite positions, words for numbers, too few numbers, indices of nothing; in "
     "every format: UTF-16, a Git LFS pointer, a web page";
 
-/// A triangle with a normal, of the material m of m.mtl, between other statements.
+/// Returns an OBJ: a triangle with a normal and the material m of m.mtl, between other statements.
 std::string obj(const std::string& before, const std::string& behind = "") {
     return before +
            "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nvn 0 0 1\n"
@@ -53,7 +53,7 @@ std::string obj(const std::string& before, const std::string& behind = "") {
 
 const std::string kName = "a.obj";
 
-/// Returns a statement in an OBJ whose material is trivial.
+/// Returns a statement of an OBJ whose material is trivial.
 Statement ofObj(const std::string& says, const std::string& becomes, const std::string& bytes) {
     return {says, becomes, kName, bytes, {{"m.mtl", "newmtl m\nKd 1 0 0\n"}}};
 }

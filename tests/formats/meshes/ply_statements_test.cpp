@@ -33,8 +33,9 @@ constexpr const char* kPlyBroken =
     "non-finite positions, no `vertex` with x, y, z, faces before vertices or without corners, "
     "indices of no vertex, unknown types or header lines, truncation";
 
-/// A PLY of a triangle: properties of vertices behind x, y, z and what they are, of faces likewise,
-/// elements behind them, comments before them.
+/// A PLY of a triangle. `vertex` and `vertex_data` are properties after x, y, z and their values,
+/// `face` and `face_data` those of faces; `more` and `data` are elements after the faces; `comment`
+/// precedes the elements.
 struct PlyText {
     std::string vertex{}, vertex_data{}, face{}, face_data{}, more{}, data{}, comment{};
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests the fragments stored in a page, by unpacking them as page_drawing.js does.
+// Tests the fragments stored in a page by unpacking them like page_drawing.js.
 #include "formats/page/html_view_writer.h"
 
 #include <gtest/gtest.h>
@@ -38,7 +38,7 @@ Bytes fromBase64(const std::string& text) {
     return bytes;
 }
 
-/// The JSON of a page and its planes of bytes.
+/// The JSON of a page, and its planes of bytes.
 struct Page {
     Json view;
     Bytes planes;
@@ -64,7 +64,7 @@ struct Page {
             result |= std::uint32_t{planes[(plane + b) * count + i]} << (8 * b);
         return result;
     }
-    /// Returns the values of planes that hold differences from one value to the next.
+    /// Returns the values of planes that store differences between successive values.
     std::vector<std::uint32_t> sums(std::size_t plane, std::size_t bytes) const {
         std::vector<std::uint32_t> values(count);
         std::uint32_t last = 0;
@@ -105,7 +105,7 @@ class PageOfFragments : public testing::Test {
     ScratchDir scratch_;
 };
 
-/// Visits the fragments of a picture in the order in which a page stores them.
+/// Visits the fragments of a picture in the order of a page.
 template <class F>
 void eachInOrder(const SyntheticPicture& picture, F&& visit) {
     const LayeredImage& image = picture.image;
@@ -148,7 +148,7 @@ TEST_F(PageOfFragments, HasTheIdsThatThereAre) {
     const IdNames names = {.objects = {"<a>", "b", "", "fourth"}, .materials = {"x", "y"}};
     const auto* words = reinterpret_cast<const std::uint32_t*>(ids.data.data());
     for (std::size_t kinds = 1; kinds < 4; ++kinds) {
-        // Files from other programs may have only one kind of ID.
+        // Files of other programs may have only one kind of ID.
         SyntheticPicture some = picture;
         FragmentArray kept = ids;
         if ((kinds & 1) == 0) kept.channels[0] = "id.other";
@@ -172,7 +172,7 @@ TEST_F(PageOfFragments, HasTheIdsThatThereAre) {
     }
 }
 
-// Random fragments hardly compress, so the page should be nearly as large as forecast.
+// Random fragments hardly compress, so the page must be nearly as large as forecast.
 TEST_F(PageOfFragments, TakeNoMoreThanIsForecast) {
     const SyntheticPicture picture = makePicture({.width = 160, .height = 160, .most_layers = 8});
     page(picture);

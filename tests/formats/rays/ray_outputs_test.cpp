@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests maps and voxels of known hits, which other programs read.
+// Tests maps and voxels of known hits, as other programs read them.
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfInputPart.h>
@@ -142,12 +142,12 @@ TEST_F(RayOutputs, PicturesGoFromBlackToTheGreatestValue) {
     ASSERT_EQ(image.image.window.pixels(), crop.pixels());
     const std::size_t middle =
         std::size_t(crop.height() / 2) * std::size_t(crop.width()) + std::size_t(crop.width() / 2);
-    EXPECT_GT(byte(image, middle, 1), 245);  // the colour map's last anchor is (252, 255, 164)
+    EXPECT_GT(byte(image, middle, 1), 245);  // the colour map ends with (252, 255, 164)
     EXPECT_GT(byte(image, middle, 2), 140);
     EXPECT_EQ(byte(image, 0, 0), 0);
     EXPECT_EQ(byte(image, 0, 2), 4);
 
-    // With twice the range, the colours are from half of the ramp.
+    // With twice the range, the colours are those of half the ramp.
     options.range = {0, 4};
     trace(*maps("half.png", options), std::span(bundles_).first(1));
     EXPECT_NEAR(double(byte(readFlatImage(path("half.png")), middle, 0)), 188, 2);
@@ -159,7 +159,7 @@ TEST_F(RayOutputs, PicturesGoFromBlackToTheGreatestValue) {
     EXPECT_EQ(last.image.rgba[0][3], 0);
     EXPECT_EQ(last.image.rgba[middle][3], 1);
 
-    // With attenuation, a picture of path lengths is an X-ray picture.
+    // With attenuation, a picture of path lengths is a radiograph.
     options.settings.maps = {RayMap::kPathLength};
     options.settings.attenuation = {0.1, 1};
     trace(*maps("x.png", options), std::span(bundles_).first(1));
@@ -168,7 +168,7 @@ TEST_F(RayOutputs, PicturesGoFromBlackToTheGreatestValue) {
     EXPECT_NEAR(double(byte(film, middle, 0)), 255 * (1 - std::exp(-0.1 - 1.0)), 2);
 }
 
-/// The legend must not change any pixel of the map, and labels the colours with their values.
+/// The legend must not change any pixel of the map. It labels the colours with their values.
 TEST_F(RayOutputs, PicturesHaveALegendBelow) {
     const std::span<const Bundle> one = std::span(bundles_).first(1);
     const Window& crop = bundles_[0].view.crop;
@@ -188,7 +188,7 @@ TEST_F(RayOutputs, PicturesHaveALegendBelow) {
         for (std::size_t y = 0; y < height; ++y)
             for (std::size_t x = 0; x < width; ++x)
                 ASSERT_EQ(with.rgba[y * wide + x], plain.rgba[y * width + x]) << x << ", " << y;
-        // The bar's middle row runs from the colour of the minimum to that of the maximum.
+        // The bar's middle row goes from the colour of the minimum to that of the maximum.
         const LegendSize size = colorBarSize("", crop.width());
         const auto at = [&](std::size_t x) {
             return with.rgba[(height + std::size_t(size.height) / 2) * wide + x];
@@ -229,7 +229,7 @@ TEST_F(RayOutputs, MapsThatCannotBe) {
     EXPECT_NE(message("a.exr", options).find("unscaled numbers"), std::string::npos);
     options.range.reset();
     EXPECT_EQ(message("a.exr", options), "");
-    EXPECT_TRUE(scratch_.files().empty());  // no file was finished
+    EXPECT_TRUE(scratch_.files().empty());  // no file was completed
 }
 
 constexpr const char* kCompareVoxels = R"(

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Preloaded library that guards freed blocks. Each block of certain sizes gets a page of its own,
-// which becomes inaccessible when the block is freed and is never reused, so a driver that still
-// uses the block crashes at once.
-// PEELER_GUARDED_SIZES holds the sizes in bytes, separated by commas: 112,120 (default: none).
+// Preloaded library that guards freed blocks. Each block of certain sizes gets a page of its own.
+// When the block is freed, its page becomes inaccessible and is never reused. So a driver that uses
+// the block afterwards crashes at once.
+// PEELER_GUARDED_SIZES lists the sizes in bytes, such as 112,120 (default: none).
 #include <sys/mman.h>
 
 #include <algorithm>
@@ -48,10 +48,10 @@ const Settings& settings() {
     return only;
 }
 
-std::atomic<std::size_t> used{0};  ///< bytes of the region used so far
+std::atomic<std::size_t> used{0};  ///< bytes of the region in use
 
-/// Returns zeroed memory; null if the size is not guarded or the region is full, so that the C
-/// library's function must be used.
+/// Returns zeroed memory. Returns null if the size is not guarded or the region is full; the caller
+/// then uses the C library's function.
 void* guarded(std::size_t size) {
     const Settings& s = settings();
     if (size == 0 || !s.region || std::find(s.sizes.begin(), s.sizes.end(), size) == s.sizes.end())
@@ -64,7 +64,7 @@ void* guarded(std::size_t size) {
     return s.region + at + kPage - (size + kAlignment - 1) / kAlignment * kAlignment;
 }
 
-/// Returns the page of a guarded block, and null for other blocks.
+/// Returns the page of a guarded block; null for other blocks.
 std::byte* pageOf(void* block) {
     std::byte* const region = settings().region;
     auto* const at = static_cast<std::byte*>(block);
@@ -91,8 +91,8 @@ void free(void* block) noexcept {
     std::byte* const page = pageOf(block);
     if (!page) return __libc_free(block);
     const int before = errno;
-    // The page is mapped again so that the kernel merges adjacent pages into one mapping, of which
-    // it allows some 65,000.
+    // Maps the page again, so that the kernel merges adjacent pages into one mapping. It allows
+    // some 65,000 mappings.
     mmap(page, kPage, PROT_NONE, kHow | MAP_FIXED, -1, 0);
     errno = before;
 }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Preloaded library that stalls the threads of Mesa's rasteriser where the scheduler, too, may stop
-// them: in lp_fence_signal(), between its last broadcast and the unlocking of the fence's mutex
-// (cmd/mutex_destroy.cpp).
+// Preloaded library that stalls the threads of Mesa's rasteriser in lp_fence_signal(), between its
+// last broadcast and the unlocking of the fence's mutex (cmd/mutex_destroy.cpp). The scheduler may
+// stop a thread there, too.
 //   PEELER_STALL_MICROSECONDS   duration (default: none)
-//   PEELER_STALL_ONE_IN         only each n-th time per thread (default 1)
+//   PEELER_STALL_ONE_IN         stalls only every n-th time per thread (default: 1)
 // Prints the number of stalls on stderr at the end.
 #include <dlfcn.h>
 #include <pthread.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Wrappers of EGL and GL: one function in front of each function of the driver.
+// Wrappers of EGL and GL: a wrapper for each function of the driver.
 #define EGL_NO_X11
 #include <EGL/egl.h>
 #include <EGL/eglext.h>
@@ -44,7 +44,7 @@ enum Place {
 
 thread_local GLenum pending_error = GL_NO_ERROR;
 
-/// Kinds of calls that are counted in addition, by function name.
+/// Kinds under which these calls also count, by function name.
 constexpr struct {
     const char* name;
     Call call;
@@ -57,21 +57,21 @@ constexpr struct {
     {"glGetGraphicsResetStatus", k_gl_error},
 };
 
-/// Counts a call; returns whether it must be skipped because it is to fail.
+/// Counts a call. Returns whether it must fail, in which case it is skipped.
 bool failsDriver(const char* name) {
     if (strncmp(name, "egl", 3) == 0) return fails(k_egl);
     bool failed = false;
     for (const auto& row : kSpecial)
         if (strcmp(row.name, name) == 0) failed = fails(row.call);
-    // Queries do not run out of memory, and deletions free memory, so neither may fail.
+    // Queries cannot run out of memory, and deletions free memory, so neither may fail.
     const bool asks = strncmp(name, "glGet", 5) == 0 || strncmp(name, "glCheck", 7) == 0;
     if (!asks && strncmp(name, "glDelete", 8) != 0) failed = fails(k_gl) || failed;
     if (failed && !asks) pending_error = GL_OUT_OF_MEMORY;
     return failed;
 }
 
-/// Returns how many objects a glCreate... call makes or a glDelete... call removes: its count
-/// argument, or one. Objects of the name 0 do not count.
+/// Returns the number of objects that a glCreate... call creates or a glDelete... call deletes: its
+/// count argument, or one. Objects of the name 0 do not count.
 template <std::same_as<GLuint> Name>
 std::int64_t objectsOf(Name name) {
     return name != 0 ? 1 : 0;
@@ -83,8 +83,7 @@ std::int64_t objectsOf(GLenum, GLsizei count, const GLuint* names) {
     return objectsOf(count, names);
 }
 
-/// Counts GL objects. `made` is the result of a call that creates an object and returns it;
-/// otherwise 0.
+/// Counts GL objects. `made` is the object that a call creates and returns; otherwise 0.
 template <class... Arguments>
 void countObjects(const char* name, GLuint made, Arguments... arguments) {
     const bool makes = strncmp(name, "glCreate", 8) == 0;
@@ -145,7 +144,7 @@ constexpr struct {
 #undef X
 };
 
-/// The driver's eglGetProcAddress. The functions that it finds are wrapped, too.
+/// The driver's eglGetProcAddress, whose results are wrapped, too.
 PFNEGLGETPROCADDRESSPROC find_in_driver = nullptr;
 __eglMustCastToProperFunctionPointerType findInstead(const char* name) {
     const Uncounted inside;

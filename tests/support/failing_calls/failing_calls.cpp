@@ -1,22 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 // A fault-injection library for LD_PRELOAD: makes the n-th call of a kind fail. Variables:
 //
-//   PEELER_FAILING_RECORD=FILE  where calls are counted: a Record (failing_calls.h) of zeros
+//   PEELER_FAILING_RECORD=FILE  the file that counts calls: a Record (failing_calls.h) of zeros
 //   PEELER_FAILING_CALL=KIND    a name in FAILING_CALLS
-//   PEELER_FAILING_AT=N         the N-th call, counted from 1, fails; without it none fails, and
-//                               the record gets a list of places
-//   PEELER_FAILING_HOW=...      once (default); on: all later calls fail, too; large: so do all
-//                               later allocations of at least the same size, like under
-//                               a limit; short: half of a read or write is done; remove, move:
-//                               instead of a failure, PEELER_FAILING_FOLDER is deleted with its
-//                               files, or gets another name
+//   PEELER_FAILING_AT=N         the N-th call, counted from 1, fails. Without this variable no call
+//                               fails, and the record gets a list of places
+//   PEELER_FAILING_HOW=...      once (default): only this call fails
+//                               on: all later calls fail, too
+//                               large: all later allocations of at least the same size fail, too,
+//                               as under a memory limit
+//                               short: only half of a read or write is done
+//                               remove, move: instead of a failure, PEELER_FAILING_FOLDER is
+//                               deleted with its files, or renamed
 //   PEELER_FAILING_ERROR=N      errno
 //
-// It counts the program's own calls between the beginning and the end of main(). Calls within
-// drivers do not count, since many drivers abort without memory: calls inside EGL and GL functions
-// are excluded, and so are threads that drivers start, and libraries while they load. The dynamic
-// linker and glibc abort without memory for thread-local variables and their destructors; such
-// calls are recognised by their return address.
+// Counts the program's own calls from the beginning to the end of main(). Many drivers abort if
+// memory is exhausted, so their calls do not count: calls inside EGL and GL functions, in threads
+// started by drivers, and during the loading of libraries. The dynamic linker and glibc abort, too,
+// if there is no memory for thread-local variables and their destructors; such calls are recognised
+// by their return address.
 //
 // The program's children do not inherit these variables.
 #include "failing_calls.h"
@@ -69,7 +71,7 @@ struct Walk {
     std::uint64_t hash;
 };
 
-/// Lists an allocation in the record if its call path is new.
+/// Adds an allocation to the record's places if its call path is new.
 void notePath(std::uint64_t number) {
     constexpr int kDepth = 24;
     constexpr std::size_t kSlots = 1 << 18;
@@ -198,8 +200,8 @@ void addPlace(std::uint64_t place) {
 
 void* real(const char* name) {
     using Find = void* (*)(void*, const char*);
-    // dlsym() cannot be used, because it is wrapped, too. GLIBC_2.34 is the version from which
-    // glibc's libraries are one.
+    // dlsym() cannot be used, because it is wrapped, too. Since version 2.34, all of glibc is one
+    // library.
     static const auto find = reinterpret_cast<Find>(dlvsym(RTLD_NEXT, "dlsym", "GLIBC_2.34"));
     return find(RTLD_NEXT, name);
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Kinds of calls that can fail, and the record that the test reads. failing_calls.cpp describes the
-// settings.
+// environment variables.
 #pragma once
 
 #include <atomic>
@@ -8,23 +8,23 @@
 
 namespace failing {
 
-// The kinds' names, in the order in which the test lists them.
+// The names of the kinds, in the order in which the test lists them.
 #define FAILING_CALLS(X)                                                                          \
-    X(allocation)       /* malloc and its like, also for operator new */                          \
-    X(c_allocation)     /* of these, those that are not for operator new */                       \
-    X(large_allocation) /* of these, those of 64 KiB or more */                                   \
+    X(allocation)       /* malloc, calloc etc., including those of operator new */                \
+    X(c_allocation)     /* allocations that are not by operator new */                            \
+    X(large_allocation) /* allocations of 64 KiB or more */                                       \
     X(open)             /* open, openat, fopen */                                                 \
     X(memory_file)      /* memfd_create */                                                        \
     X(read)             /* read, pread */                                                         \
     X(write)            /* write, pwrite, writev; not to standard output and error */             \
-    X(room)             /* a byte that these write: not calls are counted, but bytes */           \
-    X(stream)           /* writing to standard output and error */                                \
+    X(room)             /* disk space for those writes; counts bytes, not calls */                \
+    X(stream)           /* writes to standard output and error */                                 \
     X(fsync)            /* fsync, fdatasync, syncfs */                                            \
-    X(close)            /* close: it is closed nevertheless, as Linux does it */                  \
+    X(close)            /* close; the descriptor is closed even so, as on Linux */                \
     X(rename)           /* rename, renameat */                                                    \
     X(mkdir)            /* mkdir */                                                               \
-    X(change)           /* whatever a read-only file system refuses: open to write, write, ... */ \
-    X(duplicate)        /* fcntl that makes another descriptor, dup2 */                           \
+    X(change)           /* calls that a read-only file system refuses: open to write, write... */ \
+    X(duplicate)        /* dup2, and fcntl that duplicates a descriptor */                        \
     X(lock)             /* flock */                                                               \
     X(seek)             /* lseek */                                                               \
     X(stat)             /* stat, fstat, lstat */                                                  \
@@ -34,11 +34,11 @@ namespace failing {
     X(thread)           /* pthread_create */                                                      \
     X(clock)            /* clock_gettime, time */                                                 \
     X(library)          /* dlopen */                                                              \
-    X(egl)              /* what EGL returns */                                                    \
-    X(gl)               /* a command of GL: it is not carried out, and leaves an error */         \
-    X(gl_allocation)    /* likewise those that make storage */                                    \
-    X(gl_mapping)       /* glMapNamedBufferRange: likewise */                                     \
-    X(gl_error)         /* glGetError and glGetGraphicsResetStatus: an error that was not there */
+    X(egl)              /* EGL functions */                                                       \
+    X(gl)               /* GL commands: skipped, with an error */                                 \
+    X(gl_allocation)    /* GL commands that allocate storage */                                   \
+    X(gl_mapping)       /* glMapNamedBufferRange */                                               \
+    X(gl_error)         /* glGetError and glGetGraphicsResetStatus: a false error */
 
 enum Call : int {
 #define X(name) k_##name,
@@ -48,22 +48,23 @@ enum Call : int {
 };
 
 constexpr int kMostPlaces = 1 << 16;
-constexpr int kGlObjects = 31;  ///< index in Record::counts of the current number of GL objects
+constexpr int kGlObjects = 31;  ///< index of the number of GL objects in Record::counts
 
-/// Counts of calls, mapped from a file that the test made. Forked children continue to count in it.
+/// Counts of calls, in a mapped file that the test creates. Forked children continue counting in
+/// it.
 struct Record {
     std::atomic<std::uint64_t> counts[32];
     std::atomic<std::uint64_t> failed;       ///< number of failed calls
-    std::atomic<std::uint64_t> place_count;  ///< number of places below
-    /// First allocation of each call path, or number of bytes after each write.
+    std::atomic<std::uint64_t> place_count;  ///< number of entries in `places`
+    /// The number of the first allocation of each call path, or the number of bytes after each
+    /// write.
     std::uint64_t places[kMostPlaces];
-    ///< bytes after each write
 };
 static_assert(kCalls <= kGlObjects);
 
 enum class How { kOnce, kOn, kLarge, kShort, kRemove, kMove };
 
-/// The failure to inject, as set by the variables (failing_calls.cpp).
+/// The failure to inject, from the environment variables (failing_calls.cpp).
 struct Plan {
     Call call = kCalls;
     std::uint64_t at = 0;  ///< number of the failing call, counted from 1; 0 = none fails
@@ -77,15 +78,15 @@ extern std::atomic<bool> counting;  ///< whether main() is running
 
 /// Whether calls made by this thread count at this moment.
 bool counts();
-/// Adds a place to the record.
+/// Adds an entry to the record's `places`.
 void addPlace(std::uint64_t place);
 
-/// isNew(): whether the caller of malloc() is operator new. mayFail(): whether the caller can
-/// handle a failure.
+/// isNew() returns whether the caller of malloc() is operator new. mayFail() returns whether the
+/// caller can handle a failure.
 bool isNew(const void* caller);
 bool mayFail(const void* caller);
 
-/// Returns the function of this name in the next library, the one that is wrapped.
+/// Returns the function of this name in the next library, which is the wrapped one.
 void* real(const char* name);
 #define REAL(name)                                                                              \
     ([]() {                                                                                     \
@@ -105,8 +106,7 @@ class Uncounted {
     Uncounted& operator=(const Uncounted&) = delete;
 };
 
-/// Returns the wrapper of an EGL or GL function that was looked up or, if there is none, the
-/// function itself.
+/// Returns the wrapper of an EGL or GL function or, if there is none, `found`.
 void* driverFunction(const char* name, void* found);
 
 }  // namespace failing

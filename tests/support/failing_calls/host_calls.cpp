@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Wrappers of the C library: one function in front of each function that may fail.
+// Wrappers of the C library: a wrapper for each function that may fail.
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <pthread.h>
@@ -34,7 +34,7 @@ namespace {
 
 constexpr std::size_t kLarge = std::size_t{64} << 10U;
 
-/// The smallest size of allocations that fail from now on, which is that of the failed one.
+/// After a failure with How::kLarge, allocations of at least this size fail.
 std::atomic<std::size_t> too_large{SIZE_MAX};
 
 bool failsToAllocate(std::size_t size, const void* caller) {
@@ -49,7 +49,7 @@ bool failsToAllocate(std::size_t size, const void* caller) {
     return true;
 }
 
-/// Returns how many bytes a read or a write may transfer: all of them, except in a call that is to
+/// Returns the number of bytes that a read or write may transfer: all, except for a call that must
 /// be short.
 std::size_t allowed(Call call, std::size_t bytes, bool& failed) {
     failed = fails(call);
@@ -58,7 +58,7 @@ std::size_t allowed(Call call, std::size_t bytes, bool& failed) {
     return std::max<std::size_t>(bytes / 2, 1);
 }
 
-/// Like allowed(), for a write, which changes a file and needs disk space.
+/// Like allowed(), for a write, which also changes a file and needs disk space.
 std::size_t allowedWrite(int file, std::size_t bytes, bool& failed) {
     if (!counts()) return bytes;
     if (file == STDOUT_FILENO || file == STDERR_FILENO) return allowed(k_stream, bytes, failed);
@@ -68,7 +68,7 @@ std::size_t allowedWrite(int file, std::size_t bytes, bool& failed) {
     const std::uint64_t before = record->counts[k_room].fetch_add(most);
     if (plan.call != k_room) return most;
     if (plan.at == 0) addPlace(before + most);
-    // A disk with room for N bytes fails at byte N + 1, which is plan.at; a full disk has plan.at =
+    // A disk with room for N bytes fails at byte N + 1, which is plan.at. On a full disk, plan.at =
     // 1.
     if (plan.at == 0 || before + most < plan.at) return most;
     record->failed += 1;
@@ -87,7 +87,7 @@ bool failsToOpen(int flags) {
     return fails(k_open) || (opensToWrite(flags) && fails(k_change));
 }
 
-/// The function and argument of a thread that is started by uncounted code; its calls are not
+/// The function and argument of a thread started by uncounted code. The thread's calls are not
 /// counted either.
 struct Start {
     void* (*work)(void*);
@@ -220,8 +220,8 @@ ssize_t writev(int file, const iovec* parts, int count) {
     if (most == size) return REAL(writev)(file, parts, count);
     return REAL(write)(file, parts[0].iov_base, std::min(most, parts[0].iov_len));
 }
-/// Fails only for the standard streams, because glibc's own writes to them do not go through the
-/// wrapped write().
+/// Fails only for the standard streams: when glibc writes to them, it does not call the wrapped
+/// write().
 size_t fwrite(const void* bytes, size_t size, size_t count, FILE* file) {
     if ((file == stdout || file == stderr) && fails(failing::k_stream)) return 0;
     return REAL(fwrite)(bytes, size, count, file);
@@ -247,7 +247,7 @@ int fcntl(int file, int command, ...) {
     va_list more;
     va_start(more, command);
     void* const argument =
-        va_arg(more, void*);  // one int or pointer, or nothing: it depends on the command
+        va_arg(more, void*);  // one int or pointer, or none, depending on the command
     va_end(more);
     const bool duplicates = command == F_DUPFD || command == F_DUPFD_CLOEXEC;
     return duplicates && fails(failing::k_duplicate) ? -1 : REAL(fcntl)(file, command, argument);
@@ -338,7 +338,7 @@ int clock_gettime(clockid_t clock, timespec* now) noexcept {
     const int result = REAL(clock_gettime)(clock, now);
     constexpr time_t kDay = 86400, kYear = 365 * kDay;
     if (!jumps || result != 0) return result;
-    // A clock for elapsed time never goes back, so that clock jumps forward.
+    // A clock for elapsed time must not go back, so it jumps forward.
     if (clock == CLOCK_REALTIME)
         now->tv_sec -= kYear;
     else if (failing::plan.how == failing::How::kOn)
@@ -353,7 +353,7 @@ time_t time(time_t* place) noexcept {
 }
 
 void* dlopen(const char* path, int flags) noexcept {
-    // A failing call tries to load a file that does not exist, so that dlerror() has a message.
+    // To fail, this loads a missing file, so that dlerror() has a message.
     const bool failed = fails(failing::k_library);
     const failing::Uncounted inside;
     return REAL(dlopen)(failed ? "/nowhere/a library that cannot be loaded" : path, flags);

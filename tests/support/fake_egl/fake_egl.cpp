@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// A fake libEGL.so.1 with GPUs that do not exist, for tests: it comes before the real one in
-// LD_LIBRARY_PATH, and forwards to it. It has only the EGL functions that peeler loads. Variables:
+// A fake libEGL.so.1 with simulated GPUs. It precedes the real library in LD_LIBRARY_PATH, and
+// forwards to it. It has only the EGL functions that peeler loads. Variables:
 //
 //   PEELER_FAKE_EGL_DEVICES=N    N devices like those of NVIDIA's driver, before the real ones. The
 //                                i-th of them, counted from 0, is CUDA device N-1-i, has the UUID
 //                                GPU-abcd0i00-0000-0000-0000-000000000000 and makes a context whose
 //                                renderer is "Fake GPU i".
-//   PEELER_FAKE_EGL_REMAPS=1     CUDA numbers count only the devices in CUDA_VISIBLE_DEVICES, here
-//                                a list of numbers, as in a driver that also reads it.
+//   PEELER_FAKE_EGL_REMAPS=1     CUDA numbers count only the devices in CUDA_VISIBLE_DEVICES, as in
+//                                a driver that also reads it; it must be a list of numbers.
 //   PEELER_FAKE_EGL_FORBIDDEN=i  the string of this device is not available: another user's GPU.
 //   PEELER_FAKE_EGL_LOST=N       the N-th call of glGetGraphicsResetStatus in the process, counted
-//                                from 1, reports a lost context; "N+": so do all later ones.
-//                                Contexts of all devices count, including real ones.
+//                                from 1, reports a lost context; with "N+", all later calls do,
+//                                too. Contexts of all devices count, including real ones.
 //
 // Querying a device's attribute before its string aborts the process, as in some drivers under
 // cgroups.
@@ -34,11 +34,11 @@ namespace {
 
 constexpr int kMostDevices = 8;
 
-/// A fake device, whose address is its handle and, once it is opened, that of its display.
+/// A fake device. Its address is its handle and, once it is opened, the handle of its display.
 struct FakeDevice {
     int index = 0;
     bool string_queried = false;
-    EGLDisplay display = EGL_NO_DISPLAY;  ///< the real display behind the fake one
+    EGLDisplay display = EGL_NO_DISPLAY;  ///< the real display used for the fake one
 };
 std::array<FakeDevice, kMostDevices> devices;
 thread_local const FakeDevice* current = nullptr;
@@ -59,7 +59,7 @@ const std::string visible_at_start = [] {
     return std::string(text ? text : "all");
 }();
 
-/// Returns the fake device behind the handle of a device or a display, and null for a real one.
+/// Returns the fake device of a device or display handle; null if the handle is real.
 FakeDevice* fake(void* handle) {
     for (FakeDevice& device : devices)
         if (handle == &device) return &device;
@@ -125,12 +125,12 @@ void demandString(const FakeDevice& device) {
     std::abort();
 }
 
-/// Returns the device's number as the driver's attribute gives it; -1 = hidden from CUDA.
+/// Returns the device's number as in the driver's attribute; -1 = hidden from CUDA.
 int cudaOrdinal(const FakeDevice& device) {
     const int ordinal = deviceCount() - 1 - device.index;
     if (*variable("PEELER_FAKE_EGL_REMAPS") == '\0' || visible_at_start == "all") return ordinal;
-    // A real driver initialises CUDA when this attribute is queried, and CUDA reads the variable
-    // then.
+    // When this attribute is queried, a real driver initialises CUDA, which then reads the
+    // variable.
     const char* now = std::getenv("CUDA_VISIBLE_DEVICES");
     if (!now) return ordinal;
     int position = 0;

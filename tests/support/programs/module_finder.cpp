@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A shared library that finds modules the way peeler does: relative to its own path.
+// A shared library that finds modules like peeler: relative to its own path.
 #include <cstring>
 #include <string>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A helper program whose requests hold an array of characters, one of bytes, and a number.
+// A helper program. Its requests have an array of characters, an array of bytes, and a number.
 #include <fcntl.h>
 #include <sys/mman.h>
 #include <sys/ptrace.h>
@@ -21,8 +21,8 @@
 namespace peeler {
 namespace {
 
-/// Reports what this process inherited: open descriptors, whether more can be opened, the
-/// environment, and signals.
+/// Reports the inherited state: open descriptors, whether more can be opened, the environment, and
+/// signals.
 void tellWhatIsInherited(SharedFile& result) {
     std::uint64_t open = 0;
     for (int file = 0; file < 1024; ++file)
@@ -36,8 +36,8 @@ void tellWhatIsInherited(SharedFile& result) {
         result.putOne(std::uint64_t{is_so ? 1U : 0U});
 }
 
-/// Does something that no decoder may do, chosen by number. Returns only if it is permitted or
-/// merely gets an error.
+/// Does something forbidden for decoders, chosen by number. Returns only if it is permitted, or
+/// gives only an error.
 void transgress(std::uint64_t number) {
     int pair[2] = {};
     struct rlimit limits {};
@@ -73,7 +73,7 @@ void transgress(std::uint64_t number) {
             unlink("/nowhere/file");
             return;
         default:
-            _exit(0);  // there are no more cases
+            _exit(0);  // no more cases
     }
 }
 
