@@ -2,6 +2,8 @@
 // The table of verbs.
 #include "cmd/verbs.h"
 
+#include "cmd/options/file_sequence.h"
+
 namespace peeler::cmd {
 
 namespace {
@@ -34,7 +36,7 @@ std::span<const Verb> verbs() {
          "peeler sheet scene.glb -o methods.png --methods all\n"
          "peeler sheet scene.glb -o progression.png --progression",
          "output show methods progression cells columns cell-width size camera layers background",
-         declareSheet},
+         withSequences<declareSheet>},
         {"rays", kToMeasureGeometry, "Trace bundles of rays: all hits, thickness, X-rays, voxels",
          "peeler rays part.glb -o hits.npz --directions 6\n"
          "peeler rays part.glb -o thickness.png --map thickness --direction 0,0,-1\n"
@@ -61,32 +63,37 @@ std::span<const Verb> verbs() {
          "peeler flatten deep.exr -o flat.exr\n"
          "peeler flatten layers.exr -o nearest.png --layers 1 --background 1,1,1",
          "output background layers include exclude material fxaa exposure tone-map part",
-         declareFlatten},
+         withSequences<declareFlatten>},
         {"extract", kToUseFiles, "Extract layers, points, arrays or fragment counts",
          "peeler extract layers.exr -o layer.####.png\n"
          "peeler extract layers.exr --points points.ply\n"
          "peeler extract deep.exr --npz arrays.npz --depth-complexity counts.png",
-         "output points npz depth-complexity dense layer layers include part", declareExtract},
+         "output points npz depth-complexity dense layer layers include part",
+         withSequences<declareExtract, SequenceUse::kLayers>},
         {"merge", kToUseFiles, "Merge the tiles of one picture, or elements by depth",
          "peeler merge tile.1.exr tile.2.exr -o whole.exr\n"
          "peeler merge tile.*.exr -o whole.png\n"
          "peeler merge tile.1.exr -o part.exr --allow-gaps",
-         "output elements allow-gaps as layout compression background", declareMerge},
+         "output elements allow-gaps as layout compression background",
+         withSequences<declareMerge>},
         {"convert", kToUseFiles, "Convert between layered and deep files, losslessly",
          "peeler convert deep.exr -o layers.exr --as ldi\n"
          "peeler convert layers.exr -o deep.exr --as deep\n"
          "peeler convert layers.exr -o nuke.exr --as ldi --layout nuke",
-         "output as layout compression deep-merge cryptomatte no-composite part", declareConvert},
+         "output as layout compression deep-merge cryptomatte no-composite part",
+         withSequences<declareConvert>},
         {"view", kToUseFiles, "Show the layers of a file from another camera, or on a web page",
          "peeler view layers.exr -o right.png --orbit 20,0\n"
          "peeler view layers.exr -o close.png --fov 20 --layers 4\n"
          "peeler view layers.exr -o layers.html",
-         "output orbit eye target fov size layers include max-fragments background", declareView},
+         "output orbit eye target fov size layers include max-fragments background",
+         withSequences<declareView>},
         {"compare", kToInspect, "Measure how far two pictures differ, layer by layer",
          "peeler compare a.exr b.exr\n"
          "peeler compare a.png b.png --max-rmse 0.01\n"
          "peeler compare a.exr b.exr --composites --heatmap difference.png",
-         "max-rmse min-psnr max-color max-depth max-count composites heatmap json", declareCompare},
+         "max-rmse min-psnr max-color max-depth max-count composites heatmap json",
+         withSequences<declareCompare>},
         {"info", kToInspect, "Describe a scene or a layered file",
          "peeler info scene.glb\n"
          "peeler info layers.exr\n"
@@ -96,7 +103,7 @@ std::span<const Verb> verbs() {
          "peeler verify layers.exr\n"
          "peeler verify frame.*.exr\n"
          "peeler verify layers.exr deep.exr --any-settings --json",
-         "", declareVerify},
+         "", withSequences<declareVerify, SequenceUse::kTogether>},
         {"devices", kToInspect,
          "List all GL backends and devices, with the reason if one cannot be used",
          "peeler devices\n"

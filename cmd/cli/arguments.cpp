@@ -277,6 +277,29 @@ std::vector<Option> VerbOptions::given() const {
     return options;
 }
 
+std::vector<GivenOption> VerbOptions::givenTexts() const {
+    std::vector<GivenOption> given;
+    for (CLI::Option* const option : app_->get_options()) {
+        if (option->get_positional()) continue;
+        for (const std::string& text : option->results())
+            given.push_back(
+                {option->get_name(), text, option->get_group(), (*descriptions_)[option].is_file});
+    }
+    return given;
+}
+
+std::vector<std::string> VerbOptions::positionals() const {
+    std::vector<std::string> texts;
+    for (const CLI::Option* const option : app_->get_options())
+        if (option->get_positional())
+            std::ranges::copy(option->results(), std::back_inserter(texts));
+    return texts;
+}
+
+std::string VerbOptions::verb() const {
+    return app_->get_name();
+}
+
 ArgumentParser::ArgumentParser() : app_(std::make_unique<CLI::App>()) {}
 
 ArgumentParser::ArgumentParser(const VerbHelp& help, const std::string& footer)

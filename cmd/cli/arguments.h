@@ -94,6 +94,14 @@ class Option {
     OptionDescription* description_;
 };
 
+/// An option or positional argument as given, with one of its texts.
+struct GivenOption {
+    std::string name;  ///< "--output"
+    std::string text;  ///< "true" for a flag
+    std::string group;
+    bool is_file = false;
+};
+
 /// A handle to the options of one verb: declares the options and, after parsing, returns those
 /// given on the command line. Copies refer to the same verb. The ArgumentParser must outlive all
 /// copies.
@@ -140,6 +148,11 @@ class VerbOptions {
     std::string value(const std::string& name) const;
     /// Returns the given options in declaration order.
     std::vector<Option> given() const;
+    /// Returns the given options with all of their texts, in declaration order.
+    std::vector<GivenOption> givenTexts() const;
+    /// Returns the texts of the positional arguments.
+    std::vector<std::string> positionals() const;
+    std::string verb() const;  ///< the verb's name
 
   private:
     Option described(CLI::Option& option, const std::string& help) const;

@@ -95,6 +95,18 @@ void addReportOptions(VerbOptions& verb, ReportOptions& options) {
     verb.addFlag("-v,--verbose", options.verbose, "also print what is going on").group(kGroup);
 }
 
+ReportOptions givenReportOptions(const VerbOptions& verb) {
+    ReportOptions options;
+    options.json = verb.given("--json");
+    options.quiet = verb.given("--quiet");
+    options.verbose = verb.given("--verbose");
+    if (verb.given("--report")) options.file = verb.value("--report");
+    if (verb.given("--progress"))
+        options.progress =
+            choose<ProgressStyle>("progress style", kProgressStyles, verb.value("--progress"));
+    return options;
+}
+
 void RunResult::setFile(const std::filesystem::path& file) {
     output = file;
     bytes = fileBytes(file);

@@ -35,6 +35,9 @@ struct ReportOptions {
 /// Declares --json, --report, --progress, --quiet and --verbose.
 void addReportOptions(VerbOptions& verb, ReportOptions& options);
 
+/// Returns the options given among those of addReportOptions().
+ReportOptions givenReportOptions(const VerbOptions& verb);
+
 /// A written file and its size.
 struct WrittenFile {
     std::filesystem::path path;

@@ -34,7 +34,7 @@ std::string PictureNumber::text() const {
 }
 
 void SequenceResults::add(Json result, const std::string& line) {
-    reporter_.note(line);
+    if (!line.empty()) reporter_.note(line);
     finished_.push_back(std::move(result));
 }
 
@@ -47,7 +47,7 @@ void SequenceResults::addFailure(const std::filesystem::path& output, const Pict
     Json json;
     if (number.frame) json["frame"] = *number.frame;
     if (number.view) json["view"] = *number.view;
-    json["output"] = output.string();
+    if (!output.empty()) json["output"] = output.string();
     json["exitCode"] = code;
     json["error"] = error.what();
     json["where"] = error.where();

@@ -48,7 +48,7 @@ class SequenceResults {
     SequenceResults(std::string pictures, Reporter& reporter)
         : pictures_(std::move(pictures)), reporter_(reporter) {}
 
-    /// Adds the result for a picture; `line` is its summary.
+    /// Adds the result for a picture; `line` is its summary, "" if it was already reported.
     void add(Json result, const std::string& line);
     /// Reports a failed picture of a run that continues.
     void addFailure(const std::filesystem::path& output, const PictureNumber& number,

@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <optional>
+#include <set>
 #include <string_view>
 
 #include "formats/file/regular_file.h"
@@ -72,6 +73,20 @@ std::string numbered(const std::string& path, int number, char sign) {
     return result + name.substr(done);
 }
 
+/// Returns the numbers of all runs of digits in a name, up to 1,000,000,000.
+std::vector<int> numbersIn(const std::string& name) {
+    constexpr const char* kDecimalDigits = "0123456789";
+    constexpr unsigned long kMost = 1'000'000'000;
+    std::vector<int> numbers;
+    std::size_t end = 0;
+    for (std::size_t at = 0; (at = name.find_first_of(kDecimalDigits, end)) != std::string::npos;) {
+        end = std::min(name.find_first_not_of(kDecimalDigits, at), name.size());
+        const unsigned long number = std::strtoul(&name[at], nullptr, 10);
+        if (number <= kMost) numbers.push_back(static_cast<int>(number));
+    }
+    return numbers;
+}
+
 using namespace std::string_view_literals;
 
 struct Magic {
@@ -114,29 +129,37 @@ std::string framePath(const std::string& path, int frame) {
     return result;
 }
 
-std::vector<int> framesThere(const std::string& path) {
-    if (!hasFrameToken(path))
-        return fileExists(framePath(path, 0), ErrorKind::kOutput) ? std::vector{0}
-                                                                  : std::vector<int>();
-    constexpr const char* kDigits = "0123456789";
-    constexpr unsigned long kMost = 1'000'000'000;
-    std::vector<int> numbers;
+std::string firstFramePath(const std::string& path, int frame) {
+    const auto token = findToken(path, nameBegin(path), kFrameSign);
+    if (!token) return path;
+    return path.substr(0, token->begin) + tokenText(frame, *token) + path.substr(token->end);
+}
+
+std::vector<FileNumbers> numbersThere(const std::string& path) {
+    const bool frames = hasFrameToken(path), views = hasViewToken(path);
+    if (!frames && !views)
+        return fileExists(framePath(path, 0), ErrorKind::kOutput) ? std::vector<FileNumbers>(1)
+                                                                  : std::vector<FileNumbers>();
+    std::set<FileNumbers> found;
     const std::filesystem::path parent = std::filesystem::path(path).parent_path();
     for (const std::string& name : namesIn(parent.empty() ? "." : parent)) {
-        // Any run of digits may be the frame number, so try each with framePath().
-        std::size_t end = 0;
-        for (std::size_t at = 0; (at = name.find_first_of(kDigits, end)) != std::string::npos;) {
-            end = std::min(name.find_first_not_of(kDigits, at), name.size());
-            const unsigned long number = std::strtoul(&name[at], nullptr, 10);
-            if (number > kMost) continue;
-            const int frame = static_cast<int>(number);
-            if (std::filesystem::path(framePath(path, frame)).filename() != name) continue;
-            numbers.push_back(frame);
-            break;
+        // Any run of digits may be a number, so try each.
+        const std::vector<int> numbers = numbersIn(name), one{0};
+        for (const int frame : frames ? numbers : one) {
+            for (const int view : views ? numbers : one) {
+                const std::string file = framePath(viewPath(path, view), frame);
+                if (std::filesystem::path(file).filename() == name) found.insert({frame, view});
+            }
         }
     }
-    std::ranges::sort(numbers);
-    return numbers;
+    return {found.begin(), found.end()};
+}
+
+std::vector<int> framesThere(const std::string& path) {
+    std::vector<int> frames;
+    for (const FileNumbers& numbers : numbersThere(path))
+        frames.push_back(numbers.frame);
+    return frames;
 }
 
 bool hasViewToken(const std::string& path) {

@@ -3,6 +3,7 @@
 // and views.
 #pragma once
 
+#include <compare>
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -22,6 +23,19 @@ bool hasFrameToken(const std::string& path);
 /// means four digits); for "%04d" and "%d", as printf would; "%%" becomes '%'. A minus sign comes
 /// before the digits. Only the last component of the path is changed.
 std::string framePath(const std::string& path, int frame);
+
+/// Returns framePath() with only the first placeholder replaced; the others stay.
+std::string firstFramePath(const std::string& path, int frame);
+
+/// The numbers in the name of a file; 0 where the name has no placeholder.
+struct FileNumbers {
+    int frame = 0, view = 0;
+    auto operator<=>(const FileNumbers&) const = default;
+};
+
+/// Returns the numbers from 0 to 1,000,000,000 for which framePath() and viewPath() of a path give
+/// an existing file, in rising order. Throws Error (kOutput) if existence cannot be determined.
+std::vector<FileNumbers> numbersThere(const std::string& path);
 
 /// Returns the frame numbers from 0 to 1,000,000,000 whose framePath() exists, in rising order; {0}
 /// if the path has no placeholder and exists. Throws Error (kOutput) if existence cannot be
