@@ -253,8 +253,8 @@ BandUse Extract::useOf(int rows) const {
         add_memory(product.sink->memory(chosen_));
         use.made.fragment += product.fragment_bytes(band);
     }
-    // A single band's arrays do not grow. If no output stores fragments, other memory covers the
-    // growth.
+    // Omits the growth of arrays in two cases. A single band's arrays do not grow. Without outputs
+    // that store fragments, memory already included is large enough for the growth.
     const bool alone = rows >= whole_.view.crop.height();
     if (products_.empty() && (alone || !options_.writesFragments())) use.array_bytes = 0;
     if (products_.size() > 1) {  // one sink gets the band itself, and the others share one copy

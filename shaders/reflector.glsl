@@ -220,9 +220,9 @@ vec3 radianceAlong(vec3 n, vec3 mirrored, float roughness, vec2 part) {
     return environmentRadiance(mix(n, mirrored, part.x), min(roughness * part.y, 1.0));
 }
 
-/// Reflection by microfacets, as fractions: singly scattered light, `once`, of the mirrored light, and multiply
-/// scattered light, `again`, of the surrounding light (Fdez-Agüera, "A Multiple-Scattering Microfacet Model for
-/// Real-Time Image Based Lighting", 2019).
+/// Fractions of light that microfacets reflect (Fdez-Agüera, "A Multiple-Scattering Microfacet Model for Real-Time
+/// Image Based Lighting", 2019). `once`: single scattering, applied to light from the mirror direction. `again`:
+/// multiple scattering, applied to light from the whole hemisphere.
 struct Reflected {
     vec3 once, again;
 };

@@ -41,8 +41,8 @@ class Console final : public Reporter {
     void setProgress(ProgressStyle style) override { progress_.setStyle(style); }
     ProgressLines& progressLines() { return progress_; }
 
-    /// If `prefix` is not "", every error is also printed as a line that begins with it, for a
-    /// scheduler.
+    /// Sets a prefix for a scheduler. Every error is also printed as a line that begins with the
+    /// prefix; "" = only the usual line.
     void setFailurePrefix(std::string prefix) { failure_prefix_ = std::move(prefix); }
 
     /// Draws `text` as a progress bar over the previous bar. Does nothing unless `err` is a

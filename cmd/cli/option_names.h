@@ -13,7 +13,7 @@ namespace peeler::cmd {
 /// Returns the option or verb for a parameter: "--layers", "--as composite", "peeler devices".
 std::string_view optionOf(Parameter parameter);
 
-/// Returns a text or error with options in place of the parameters.
+/// Returns the text or error with every parameter replaced by its option or verb.
 std::string inOptions(const Text& text);
 Error inOptions(const Error& error);
 

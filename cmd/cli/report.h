@@ -57,7 +57,8 @@ struct RunResult {
     std::optional<std::uint64_t> forecast_memory{};
     /// The written files, for verbs that may write several.
     std::optional<std::vector<WrittenFile>> files{};
-    /// The scene's format, up axis and unit, if the format does not specify axis and unit.
+    /// The scene's format, up axis and unit. Set only for formats that do not specify axis and
+    /// unit.
     std::string format{}, up{};
     double metres_per_unit = 1;
     std::string engine{};         ///< the engine that found the hits; "" = no rays were traced

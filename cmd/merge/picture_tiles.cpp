@@ -69,8 +69,8 @@ constexpr CommonAttribute kLesserOfTiles[] = {
     {"version", [](const ExrInfo& i) { return i.provenance.version; }},
 };
 
-/// The properties in which elements may differ. A difference causes a warning, because most
-/// elements show the same moment.
+/// The properties in which elements may differ. A difference causes a warning, because the elements
+/// of a picture usually agree.
 constexpr CommonAttribute kLesserOfElements[] = {kFrame, kTime, kSamples};
 
 /// Returns the differences between two headers in the given properties.

@@ -244,7 +244,7 @@ void Dispatcher::take(Client& client, const std::string& line) {
                                return slot.job && same(*slot.job);
                            });
         if (known) {
-            // Without the id, because it belongs to the unfinished job.
+            // The reply has no id, because this id belongs to the unfinished job.
             sendTo(client, failedLine(nullptr, Error(ErrorKind::kUsage,
                                                      "a job with this id has not finished yet",
                                                      dumpJson(request.id), "choose another")));

@@ -39,7 +39,7 @@ struct GlRenderer::State {
     std::optional<NextFrame> next_frame;
     StageTimes times;
     BandRenderer bands;
-    std::optional<ShadowMaps> shadows;  // of this pose; captured when a lit render needs them
+    std::optional<ShadowMaps> shadows;  // shadow maps for `posed`, once a render needs them
     std::shared_ptr<GlPlan> shown;      // the plan that `bands` renders
     std::weak_ptr<GlPlan> latest;       // the only plan that keeps planning results
 };

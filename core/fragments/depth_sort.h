@@ -29,7 +29,7 @@ struct CapturedFragments {
 /// a half-float colour. If `colors` is given, its 32-bit floats replace the half-float colour. Each
 /// fragment lies behind its pixel's list.
 struct OpaqueFragments {
-    const std::uint32_t* fragments = nullptr;  ///< of the top row; lower rows precede it in memory
+    const std::uint32_t* fragments = nullptr;  ///< start of the top row; lower rows precede it
     const std::uint32_t* colors = nullptr;     ///< four words per pixel, in the same row order
 
     static constexpr std::size_t kWords = 4;

@@ -42,7 +42,7 @@ class DepthComplexity {
   private:
     Window crop_;
     std::vector<Window> windows_;           // by layer
-    std::vector<std::uint64_t> histogram_;  // number of pixels, by number of layers
+    std::vector<std::uint64_t> histogram_;  // number of pixels for each number of layers
     std::vector<std::uint64_t> row_fragments_;
     std::uint64_t counted_ = 0;
 };

@@ -20,7 +20,7 @@ struct PeelDirection {
     gl::DepthTest depth_test;      ///< selects the next fragment beyond the previous layer
     float first_depth;             ///< the key before the first layer
     GLuint first_primitive;
-    float empty_depth;  ///< of pixels without the layer; their primitive is 0
+    float empty_depth;  ///< depth of a pixel without the layer; its primitive is 0
 };
 
 /// From the front. The first key is in front of all fragments: the near plane has depth 1, and keys

@@ -94,10 +94,10 @@ std::vector<Vector> ifDisplaced(const std::vector<Vector>& values,
 }
 
 /// Applies morph targets (glTF 2.0 §3.7.2.2; missing weights are 0, colours are clamped) and, if
-/// `skin` is given, joints (§3.7.3.3). Skinning is linear blend skinning with all joint sets; the
-/// weights are scaled to add up to 1, or select the first joint if all are 0. Normals are
-/// transformed by the inverse transpose. Vertices run in parallel; the result does not depend on
-/// their order.
+/// `skin` is given, joints (§3.7.3.3). Skinning is linear blend skinning with all joint sets. The
+/// weights are scaled to add up to 1; if all weights are 0, the first joint gets weight 1. Normals
+/// are transformed by the inverse transpose. Vertices are processed in parallel; the result does
+/// not depend on their order.
 DeformedVertices deformedVertices(const Primitive& primitive, std::span<const double> weights,
                                   const JointMatrices* skin) {
     DeformedVertices result{primitive.positions, primitive.normals, primitive.tangents};
@@ -285,7 +285,7 @@ class PosedScene::Builder {
     const glm::dmat4& to_world_;  ///< parent transform of the scene's roots
     /// World matrices of all nodes; empty until a skin needs them.
     std::vector<glm::dmat4> worlds_;
-    std::map<int, JointMatrices> skins_;  ///< by skin; nodes with the same skin share them
+    std::map<int, JointMatrices> skins_;  ///< by the index of the skin
     Shown& shown_;
 };
 

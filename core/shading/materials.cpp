@@ -16,7 +16,7 @@ namespace {
 static_assert(kMaterialTextures == PEELER_MATERIAL_UNITS);
 
 constexpr MaterialFeature kFeatures[] = {
-    // Changes alpha because it has no metalness, which would block transmitted light.
+    // Changes alpha: these materials have no metallic factor, which would block transmitted light.
     {"SPECULAR_GLOSSINESS", [](const Material& m) { return m.specular_glossiness.has_value(); },
      true},
     {"SPECULAR",

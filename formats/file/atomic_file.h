@@ -79,7 +79,8 @@ class AtomicFile {
     std::uint64_t transferable_ = 0;  ///< bytes written since the last transfer to disk was started
 };
 
-/// Returns a path with the symbolic links at its end followed.
+/// Returns the target of `path` if it is a symbolic link, followed through any chain of links;
+/// otherwise `path`. The target need not exist.
 std::filesystem::path withLinksFollowed(std::filesystem::path path);
 
 /// Whether a name means standard output: "-", or "-.EXT", where the extension chooses the format.

@@ -34,8 +34,9 @@ fs::path codeFolder() {
 
 fs::path moduleFile(const std::string& name) {
     const fs::path code = codeFolder();
-    // The first is that of a build folder, an unpacked archive or a Python package; the second, of
-    // an installed program; the third, of a library in the folder of its architecture.
+    // Candidates, in this order: the layout of build folders, unpacked archives and Python
+    // packages; the layout of an installed program; the layout of a library in the folder of its
+    // architecture.
     const std::array<fs::path, 3> folders = {code / PEELER_MODULES,
                                              code.parent_path() / PEELER_MODULES, code / "peeler"};
     for (const fs::path& folder : folders)

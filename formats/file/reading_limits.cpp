@@ -25,7 +25,7 @@ ReadingMemory::ReadingMemory(MemoryBudget budget) : budget_(std::move(budget)) {
 
 void ReadingMemory::allow(std::uint64_t bytes, const std::string& where) {
     if (budget_ == 0 || (unseen_ += bytes) < kUnseen) return;
-    // Include the next kUnseen bytes, since they may go unchecked.
+    // Also reserve memory for the next kUnseen bytes, which may be allocated without a check.
     const std::uint64_t more = std::exchange(unseen_, 0) + kUnseen;
     checkReadingMemory(budget_, usedBytesWith(budget_, more), where);
 }

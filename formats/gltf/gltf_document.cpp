@@ -103,8 +103,8 @@ std::uint64_t numberBytes(const json& value) {
     return bytes;
 }
 
-/// Returns the bytes of the arrays below in tinygltf's model, without their strings. While a vector
-/// doubles its storage, it takes one and a half times its new size.
+/// Returns the heap memory of tinygltf's model of this JSON, without strings. The factor 3/2: while
+/// a vector doubles its storage, the old storage is still allocated.
 std::uint64_t modelBytes(const json& gltf) {
     constexpr std::pair<const char*, std::uint64_t> kElements[] = {
         {"nodes", sizeof(tinygltf::Node)},

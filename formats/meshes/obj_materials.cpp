@@ -50,7 +50,7 @@ struct MapRow {
 struct MapOption {
     std::string_view word;
     std::size_t most;
-    glm::vec3 initial;  ///< values of numbers that are missing
+    glm::vec3 initial;  ///< defaults of the numeric arguments
     /// Applies the option. Returns false if the option changes the texture but is not supported.
     /// Null for options without a visible effect.
     bool (*set)(MeshMap& map, const glm::vec3& value, std::string_view text);

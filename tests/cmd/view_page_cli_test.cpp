@@ -41,7 +41,8 @@ class ViewPage : public testing::Test {
     /// Runs a tour of the page in a browser. The exit code is 77 if there is no browser.
     Outcome use(const std::string& page, const std::string& tour = "look",
                 const std::vector<std::string>& pixels = {}) const {
-        // Debian's Python has Debian's Selenium, even if another Python comes first in PATH.
+        // Selenium is a Debian package, so it belongs to Debian's Python. Another Python may come
+        // first in PATH.
         const auto script = sourceDir() / "tests" / "cmd" / "view_page_test.py";
         std::vector<std::string> command = {"/usr/bin/python3", script, page, ".", tour};
         command.insert(command.end(), pixels.begin(), pixels.end());
@@ -84,8 +85,8 @@ struct Pixel {
     std::string place() const { return std::to_string(x) + ", " + std::to_string(y); }
 };
 
-/// Returns the pixels with the sharpest folds of a layer within a surface, where a cell's corners
-/// predict its Z worst.
+/// Returns pixels inside a layer's surface where it folds most sharply. There, interpolation
+/// between a cell's corners has the largest error in Z.
 std::vector<Pixel> sharpestFolds(const OIIO::ImageBuf& layer, std::size_t count) {
     const int z = layer.spec().channelindex("Z");
     std::vector<std::pair<double, Pixel>> found;
@@ -110,8 +111,8 @@ TEST_F(ViewPage, OfColouredGlassFiltersColourByColour) {
     for (const std::vector<std::string>& verb :
          {std::vector<std::string>{"render", "scene.gltf", "-o", "layers.exr", "--camera", "front",
                                    "--size", "128x72"},
-          // Without a tone curve, because a page applies it per fragment but a composite to the
-          // whole.
+          // No tone curve: the page would apply it to each fragment, but `flatten` to the finished
+          // composite.
           {"view", "layers.exr", "-o", "page.html", "--background", "#dbdbdb", "--tone-map",
            "none"},
           {"flatten", "layers.exr", "-o", "all.png", "--background", "#dbdbdb", "--tone-map",
@@ -151,8 +152,8 @@ TEST_F(ViewPage, InABrowser) {
           {"flatten", "layers.exr", "-o", "all.png"},
           {"flatten", "layers.exr", "-o", "first.png", "--layers", "1"}}) {
         auto arguments = verb;
-        // Without a tone curve, because a page applies it per fragment but a composite to the
-        // whole.
+        // No tone curve: the page would apply it to each fragment, but `flatten` to the finished
+        // composite.
         arguments.insert(arguments.end(), {"--background", "#dbdbdb", "--tone-map", "none"});
         const auto result = run(arguments);
         ASSERT_EQ(result.exit_code, 0) << result.err;
@@ -293,9 +294,9 @@ TEST_F(ViewPage, TellsWhatIsShown) {
     EXPECT_EQ(color("object", 90, 60), color("object", 5, 7)) << "one object";
     EXPECT_EQ(told["cycle"], Json({"alpha", "depth", "layer", "object", "normal", "color"}));
 
-    // Dragging moves the surface at the viewing distance by the same number of pixels, and the
-    // wall, which is farther, by proportionally less. After a drag of 20 pixels right and 10 up,
-    // pixel (30, 40) must show the reading of the computed earlier pixel.
+    // Dragging moves the surface at the viewing distance by the same number of pixels. It moves the
+    // wall, which is farther away, by proportionally less. After a drag of 20 pixels right and 10
+    // up, pixel (30, 40) must show the surface that was at pixel `before`.
     const std::string page = bytesOf(scratch_ / "page.html");
     const double share = std::stod(page.substr(page.find("\"distance\":") + 11)) / 6;
     ASSERT_TRUE(share > 0.5 && share < 0.9) << share;

@@ -30,7 +30,7 @@ function(peeler_fuzz_program name)
         ${fuzz_libraries})
     target_include_directories(${name} PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
     target_link_options(${name} PRIVATE -Wl,--as-needed)
-    # Modules count coverage, too, through functions of the program.
+    # Export the program's functions: instrumented modules call its coverage functions.
     set_target_properties(${name} PROPERTIES UNITY_BUILD OFF ENABLE_EXPORTS ON)
 endfunction()
 

@@ -22,8 +22,8 @@ void require(bool holds, const char* what) {
     if (!holds) throw std::logic_error(std::string("not the same: ") + what);
 }
 
-/// Takes channels in the order of files: sorted. Channels whose names differ only after the last
-/// dot are in one array.
+/// Takes channels and sorts them by name, as in a file. Channels whose names differ only after the
+/// last dot share an array.
 std::vector<FragmentArray> takeChannels(Taker& taker) {
     static constexpr std::array kNames = {
         "N.X",  "N.Y",   "N.Z",   "P.X",   "id.object", "id.instance", "id.material", "facing",

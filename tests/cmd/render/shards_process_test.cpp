@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kills runs that write shards at random moments. Files with final names must be complete.
+// Tests runs that are killed at random moments while they write shards. Files with final names must
+// be complete.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
@@ -116,7 +117,7 @@ TEST_F(KilledShards, AreWholeOrNotThere) {
         const CommandResult result = run.wait();
         ASSERT_TRUE(result.exit_code == 137 || result.exit_code == 0) << result.err;
         killed += result.exit_code == 137;
-        // The run ended before the kill, so runs have become faster.
+        // If the run ended before it was killed, kill the next runs earlier.
         if (result.exit_code == 0) takes *= 0.8;
         std::size_t others = 0;
         shardsIn(out, &others);

@@ -21,8 +21,8 @@
 namespace peeler::test {
 namespace {
 
-/// Returns a description of the first pixel with any different bit of colour or Z; "" if there is
-/// none.
+/// Returns a description of the first pixel whose colour or Z is not equal bit for bit; "" if all
+/// pixels are equal.
 std::string pixelThatDiffers(const CompositeImage& a, const CompositeImage& b) {
     if (a.window != b.window) return "another window";
     for (std::size_t p = 0; p < a.rgba.size(); ++p) {

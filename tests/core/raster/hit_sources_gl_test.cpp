@@ -75,8 +75,8 @@ double rayToEdge(const PosedScene& posed, const View& view, const LayeredImage& 
 struct Agreement {
     std::size_t rays = 0, hits = 0;
     std::size_t differing = 0;  ///< rays on which the sets of triangles differ
-    /// The greatest distance between a differing ray and the edges of a triangle that only one
-    /// capture hits, in ray spacings.
+    /// The greatest distance, in ray spacings, between a ray and the edges of a triangle that only
+    /// one capture hits with this ray.
     double farthest = 0;
     /// The greatest error of Z among all other rays, relative to the scene's size.
     double largest_error = 0;
@@ -154,8 +154,8 @@ TEST(HitSources, AgreeOnHardScenesButAtEdges) {
     }
 }
 
-/// Hits that both find must have the same channels, except near edges, where a ray may miss the
-/// exact triangle.
+/// Hits that both captures find must have the same channels, except near edges, where a ray may
+/// miss the exact triangle.
 TEST(HitSources, SayTheSameOfTheSameHits) {
     SceneBuilder builder;
     const int material = builder.material(glm::vec4(1));

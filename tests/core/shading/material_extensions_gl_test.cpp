@@ -115,13 +115,12 @@ TEST(Anisotropy, FollowsItsTextureWithOrWithoutTangents) {
     wall.scene().materials.back().anisotropy.rotation = 0;
     wall.scene().meshes[0].primitives[0].tangents.clear();
     EXPECT_NEAR(wall.radiance(40, 90).g, stretchedGgx(at, ab, 40, 0), 2e-3);
-    // With strength 0 in the texture, the lobe is that without the extension.
+    // With strength 0 in the texture, the extension has no effect.
     wall.scene().images[0].rgba[2] = 0;
     const double none = wall.radiance(40, 90).g;
     wall.scene().materials.back().anisotropy = {};
     EXPECT_NEAR(none, wall.radiance(40, 90).g, 1e-6);
-    // Without texture coordinates the direction is undefined, so the lobe is also that without the
-    // extension.
+    // Without texture coordinates, the direction is undefined, so the extension has no effect.
     wall.scene().materials.back().anisotropy.strength = 1;
     wall.scene().meshes[0].primitives[0].texcoords[0].clear();
     EXPECT_NEAR(none, wall.radiance(40, 90).g, 1e-6);

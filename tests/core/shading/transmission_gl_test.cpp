@@ -60,7 +60,7 @@ TEST(Transmission, IsTakenOffAlpha) {
 TEST(Transmission, OfColouredGlassIsAsMuchAsItsColourLetsPass) {
     EXPECT_NEAR(Pane({1, 0.5F, 0, 1}, 1).front().a, 0.5, 1e-6);
     EXPECT_NEAR(Pane({0.9F, 0.3F, 0.3F, 1}, 0.8F).front().a, 1 - 0.8 * 0.5, 1e-6);
-    // Unlit, the light that is not transmitted has the glass's colour.
+    // With unlit shading, the opaque part of the glass has the colour of its material.
     const glm::vec4 flat = Pane({1, 0.5F, 0, 1}, 1).front(Shading::kUnlit);
     EXPECT_LT(glm::distance(flat, glm::vec4(0.5F, 0.25F, 0, 0.5F)), 1e-6F);
 }

@@ -113,7 +113,8 @@ TEST(PlyPoints, WhatIsWrongIsSaid) {
                   "no vertices", "f");
 }
 
-/// Expects a file that is truncated or has random bytes changed to give either an Error or points.
+/// Expects an Error if the file is truncated to fewer than `data` bytes. Expects an Error or points
+/// after random changes of bytes.
 void expectRobust(const std::string& file, std::uint64_t seed, std::size_t data) {
     const auto read = [](const std::string& damaged) {
         try {
@@ -214,7 +215,8 @@ TEST(NpzPoints, AsNumpyWritesThem) {
     expectRobust(stored, 4, stored.size());
     std::string packed = bytesOf(scratch / "packed.npz");
     expectRobust(packed, 5, packed.size());
-    // The reader must not allocate an impossible size; this is the first member's in the directory.
+    // The ZIP directory now declares 1 GiB as the first member's size. The reader must not allocate
+    // that much.
     packed.replace(packed.find("PK\x01\x02") + 24, 4, std::string("\0\0\0\x40", 4));
     expectRefused(packed, "impossible size", "f, points.npy");
 }

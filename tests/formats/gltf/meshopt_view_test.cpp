@@ -143,8 +143,8 @@ TEST(MeshoptView, DecodesQuaternions) {
     }
 }
 
-/// Calls the encoder such that each number gets its own exponent; in newer versions of
-/// meshoptimizer, this is the first mode.
+/// Calls the encoder so that each number gets its own exponent. Newer versions of meshoptimizer
+/// also take a mode; mode 0 selects separate exponents.
 template <typename... Mode>
 void encodeExponents(void (*encode)(void*, std::size_t, std::size_t, int, const float*, Mode...),
                      const std::vector<float>& values, std::vector<std::uint32_t>& encoded) {

@@ -143,7 +143,7 @@ TEST_F(MaskFiles, AreBops) {
     ASSERT_EQ(gt.size(), 2U);
     EXPECT_EQ(gt[0]["obj_id"], 1);
     EXPECT_EQ(gt[1]["obj_id"], 3);
-    // In camera space, X is the same, down is +Z, and the depth is 5 minus the height.
+    // In BOP's camera space, X is world X, Y (down) is world Z, and Z (depth) is 5 minus world Y.
     const double place[] = {1000, 3000, 3000}, turned[] = {1, 0, 0, 0, 0, 1, 0, -1, 0};
     for (std::size_t i = 0; i < 3; ++i)
         EXPECT_NEAR(gt[0]["cam_t_m2c"][i].get<double>(), place[i], 1e-9);
