@@ -42,7 +42,7 @@ void tangentFrame(vec3 normal, int unit, Gradients g, out vec3 tangent, out vec3
     // In glTF, V runs down the image, but normal maps have +Y up the image.
     bitangent = -(across_y * dx.y + across_x * dy.y);
     float scale = max(dot(tangent, tangent), dot(bitangent, bitangent));
-    // An interpolated normal may point away from the viewer. Then the frame flips, too.
+    // If the interpolated normal points away from the viewer, flip the tangent frame.
     float facing = dot(normal, facetNormal(g)) < 0.0 ? -side : side;
     tangent *= scale > 0.0 ? facing * inversesqrt(scale) : 0.0;
     bitangent *= scale > 0.0 ? facing * inversesqrt(scale) : 0.0;

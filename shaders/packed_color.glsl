@@ -18,6 +18,6 @@ PACKED_COLOR packedTexel(uvec4 texel) { return texel.rg; }
 struct StoredColor {
     PACKED_COLOR color;  // premultiplied, with alpha
 #ifdef TINTED
-    PACKED_COLOR opacity;  // opacities of R, G and B; their mean is alpha
+    PACKED_COLOR opacity;  // opacity of each channel; alpha is the mean of the three
 #endif
 };

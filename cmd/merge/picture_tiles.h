@@ -18,7 +18,7 @@ namespace peeler::cmd {
 struct PictureTile {
     std::string path;
     std::unique_ptr<LayeredInput> input{};
-    LayeredImage arrays{};  ///< the first row, for its arrays' names and types
+    LayeredImage arrays{};  ///< first row; gives the names and types of the arrays
     /// The offsets added to the file's object and material ids, which make ids unique among
     /// elements.
     std::uint32_t first_object = 0, first_material = 0;
@@ -85,7 +85,7 @@ class PictureTiles {
     std::vector<Window> windows_;
     Window window_;
     Provenance provenance_;
-    LayeredImage arrays_;               ///< names and types of the arrays of tiles that have layers
+    LayeredImage arrays_;               ///< names and types of the merged picture's arrays
     std::vector<LayeredImage> images_;  ///< the tiles' parts of the current band
 };
 

@@ -27,7 +27,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t kLongestLine = std::size_t{4} << 20;
-/// The maximum number of waiting jobs of all clients. Reading stops at this number.
+/// The maximum number of waiting jobs of all clients. At this number, the worker stops reading
+/// lines.
 constexpr std::size_t kMostWaiting = 10'000;
 /// The maximum number of unsent bytes per client. Above this number, the worker neither reads the
 /// client's lines nor sends progress.
@@ -118,7 +119,7 @@ void Dispatcher::listen() {
     const sockaddr_un address = addressOf(unnamed);
     unlink(unnamed.c_str());
     listening_ = socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-    const mode_t mask = umask(0177);  // only this user has access, from the start
+    const mode_t mask = umask(0177);  // no other user ever has access
     const int bound = bind(listening_, reinterpret_cast<const sockaddr*>(&address), sizeof address);
     umask(mask);
     if (bound != 0 || ::listen(listening_, 64) != 0 ||
@@ -164,7 +165,7 @@ int Dispatcher::wait() {
         const bool listens =
             client.reads && waiting_.size() < kMostWaiting && client.unsent.size() < kMostUnsent;
         files.push_back({listens ? client.in : -1, POLLIN, 0});
-        // Even without a requested event, poll() reports that the reader has closed.
+        // Even if no events are requested, poll() reports that the reader has closed.
         const short wanted = client.unsent.empty() ? 0 : POLLOUT;
         files.push_back({client.out, wanted, 0});
     }
@@ -244,7 +245,7 @@ void Dispatcher::take(Client& client, const std::string& line) {
                                return slot.job && same(*slot.job);
                            });
         if (known) {
-            // The reply has no id, because this id belongs to the unfinished job.
+            // The line has no id, because this id belongs to the unfinished job.
             sendTo(client, failedLine(nullptr, Error(ErrorKind::kUsage,
                                                      "a job with this id has not finished yet",
                                                      dumpJson(request.id), "choose another")));
@@ -375,8 +376,8 @@ void Dispatcher::sendTo(Client& client, std::string_view text) {
 
 void Dispatcher::flush(Client& client) {
     while (!client.unsent.empty()) {
-        // At most PIPE_BUF bytes at a time: if stdout is a pipe, more could block although poll()
-        // reports room.
+        // Writes at most PIPE_BUF bytes at a time. If stdout is a pipe, a larger write could block
+        // although poll() reports room.
         pollfd room{client.out, POLLOUT, 0};
         if (poll(&room, 1, 0) <= 0 || (room.revents & POLLOUT) == 0) {
             client.gone = client.gone || (room.revents & (POLLERR | POLLNVAL)) != 0;

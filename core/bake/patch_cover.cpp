@@ -127,7 +127,7 @@ PEELER_INLINE void coverRows(const Cover& cover, const FacingTriangle& triangle,
         return to.y > from.y ? (to.x - from.x) / (to.y - from.y) : 0;
     };
     const float along = slope(a, c), upper = slope(a, b), lower = slope(b, c);
-    // The x on the long edge, and on the two short edges.
+    // Return x at height y: on the long edge (a, c), and on the short edges (a, b) and (b, c).
     const auto one_at = [&](float y) { return a.x + (y - a.y) * along; };
     const auto other_at = [&](float y) {
         return y < b.y ? a.x + (y - a.y) * upper : b.x + (y - b.y) * lower;

@@ -24,7 +24,7 @@ struct BandLimits {
 
 /// The costs of a band.
 struct BandCosts {
-    MemoryUse use{};                        ///< of buffers, of the image passed on, and of the sink
+    MemoryUse use{};                        ///< for buffers, the image for the sink, and the sink
     std::uint64_t band_bytes = 0;           ///< maximum bytes of a band of several rows
     std::uint64_t largest_array_bytes = 0;  ///< bytes per fragment in the largest single buffer
     std::uint64_t storage_block_bytes = 0;  ///< the driver's limit on one buffer binding
@@ -39,9 +39,9 @@ inline constexpr std::uint64_t kBandPixelBytes = 3 * sizeof(std::uint32_t) + 5 *
 MemoryUse sinkUse(const Sink& sink, const Plan& plan, std::uint64_t fragment,
                   const std::function<std::uint64_t(int rows)>& most_fragments);
 
-/// Returns the limits of bands under a budget of which `used` bytes (usedBytes()) are in use.
-/// Throws Error (kMemory) if the rest is too small for any band. A limit may still be too small for
-/// a row; then cutBands() throws.
+/// Returns the limits of bands. `used` is the number of bytes of the budget that are in use
+/// (usedBytes()). Throws Error (kMemory) if the remaining bytes are too few for the smallest band.
+/// Does not check that every row fits; cutBands() does.
 BandLimits bandLimits(const MemoryBudget& budget, std::uint64_t used, const BandCosts& costs);
 
 /// Whether half of the budget covers the used bytes and a full band, so that freeing buffers

@@ -30,9 +30,8 @@ float addColor(const TintedColor& a, const TintedColor& b, std::size_t component
     return static_cast<float>(largest);
 }
 
-/// Adds the differences of one pixel's fragments. Returns the pixel's value in addDifference()'s
-/// `largest`: the largest colour difference or, if the numbers of fragments differ, minus the
-/// difference of these numbers.
+/// Adds the differences of one pixel's fragments to `sum`. Returns the largest colour difference
+/// or, if the numbers of fragments differ, minus the difference of these numbers.
 float addPixel(const LayeredImage& a, const LayeredImage& b, std::size_t pixel, int x, int y,
                LayeredDifference& sum) {
     const std::uint32_t in_a = a.count(pixel), in_b = b.count(pixel);

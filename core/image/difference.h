@@ -60,7 +60,8 @@ struct LayeredDifference {
 void addDifference(const LayeredImage& a, const LayeredImage& b, LayeredDifference& sum,
                    std::span<float> largest = {});
 
-/// Adds the difference of two flat pictures of equal size. `largest` is as for bands.
+/// Adds the difference of two flat pictures of equal size to `sum`. If `largest` is not empty, it
+/// receives the largest colour difference of each pixel.
 void addDifference(const CompositeImage& a, const CompositeImage& b, DifferenceStatistics& sum,
                    std::span<float> largest = {});
 

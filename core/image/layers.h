@@ -51,7 +51,7 @@ class DepthComplexity {
 /// `listed` (empty = all).
 struct LayerSelection {
     std::uint32_t nearest = 0;
-    std::vector<bool> listed{};  ///< by layer; layers beyond its end are not selected
+    std::vector<bool> listed{};  ///< by layer; layers past the end are not selected
 
     bool all() const { return nearest == 0 && listed.empty(); }
     bool holds(std::size_t layer) const {

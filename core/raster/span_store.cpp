@@ -23,7 +23,7 @@ std::byte* BlockPool::take() {
     if (next_ == pages_.size() * kPageBlocks) {
         pages_.emplace_back(
             static_cast<std::byte*>(::operator new (kPageBytes, std::align_val_t{kPageBytes})));
-        madvise(pages_.back().get(), kPageBytes, MADV_HUGEPAGE);  // the system may refuse
+        madvise(pages_.back().get(), kPageBytes, MADV_HUGEPAGE);  // only a hint
     }
     std::byte* const block = pages_[next_ / kPageBlocks].get() + next_ % kPageBlocks * kBlockBytes;
     ++next_;

@@ -14,11 +14,11 @@ constexpr std::size_t kPointsAtOnce = 1024;
 // A surface within this distance of a point, relative to the coordinates, touches the point. The
 // distance allows for a few roundings of a double.
 constexpr double kOnSurface = 1e-12;
-// The number of hits to consider beyond the next hit. The ray through the point may have its hits
-// in a different order.
+// The number of hits to consider after the first. The parallel ray through the point may have its
+// hits in a different order.
 constexpr int kBeyond = 2;
-// The maximum distance along the ray, in ray spacings, at which a triangle's plane is used beyond
-// the triangle.
+// The maximum difference, in ray spacings, between the distances from the point to the element's
+// plane and to the element. If the difference is larger, the distance to the element is used.
 constexpr double kSteepestPlane = 4;
 
 double largestComponent(const glm::dvec3& v) {
@@ -38,7 +38,7 @@ class Search {
         const auto place = static_cast<std::size_t>(std::ranges::upper_bound(z, at) - z.begin());
         int beyond = 0;
         for (std::size_t i = place; i > 0; --i) {
-            // Coincident hits are all considered.
+            // Considers all coincident hits.
             if (beyond > kBeyond && z[i - 1] != z[i]) break;
             consider(keys[i - 1], false);
             if (hits_.before.key != 0) ++beyond;
@@ -63,7 +63,8 @@ class Search {
         const glm::dvec3 normal = element.normal();
         const double plane =
             glm::dot(element.corner[0] - point_, normal) / glm::dot(direction_, normal);
-        // The distance to the plane, unless the element has no plane or is seen edge-on.
+        // Use the distance to the element's plane, unless the element has no plane or is seen
+        // edge-on.
         if (std::abs(plane - along) <= farthest_) along = plane;
         if (std::abs(along) <= kOnSurface * (largestComponent(hit) + largestComponent(point_)))
             along = 0;

@@ -23,7 +23,7 @@ std::size_t lengthOf(int cells) {
     return static_cast<std::size_t>(cells);
 }
 
-/// Returns, in each bit, the parity of this bit and all lower bits.
+/// Returns the prefix parity of `bits`: bit i is the parity of the bits 0 to i.
 std::uint64_t parityUpTo(std::uint64_t bits) {
     for (const int shift : {1, 2, 4, 8, 16, 32})
         bits ^= bits << shift;
@@ -82,7 +82,7 @@ ZeroedWords::ZeroedWords(std::size_t count) {
     void* const memory =
         mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     if (memory == MAP_FAILED) throw std::bad_alloc();
-    madvise(memory, bytes, MADV_HUGEPAGE);  // the system may refuse
+    madvise(memory, bytes, MADV_HUGEPAGE);  // a hint, which the system may ignore
     words_ = {static_cast<std::uint64_t*>(memory), Free{count}};
 }
 
@@ -216,8 +216,9 @@ void VoxelVotes::addRay(std::span<const float> t, std::span<const std::uint32_t>
     constexpr std::uint8_t kOdd = 1, kInside = 2;  // 1 − (state & kInside): 1 outside, −1 inside
     for (std::size_t i = 0; i < hits; ++i)
         if (solids[i] != Solids::kNone) states[solids[i]] ^= kOdd;
-    // Backwards, so that a solid's unpaired last hit, which begins no span, is first and can be
-    // skipped. All states are 0 at the end.
+    // Goes through the hits backwards, because the last hit of a solid with an odd number of hits
+    // begins no span: in this order, it is the solid's first, and can be skipped. At the end, all
+    // states are 0 again.
     int around = 0;
     for (std::size_t i = hits; i-- > 0;) {
         if (solids[i] == Solids::kNone) continue;

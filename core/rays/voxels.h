@@ -88,9 +88,9 @@ class VoxelVotes {
     glm::ivec3 cells_;
     const Solids& solids_;
     std::size_t words_;                     ///< number of words in a line along z
-    std::array<ZeroedWords, 3> crossings_;  ///< per axis: where its rays enter and leave solids
-    ZeroedWords inside_;                    ///< cells inside by majority
-    ZeroedWords odd_;  ///< cells that one or three rays find inside; lines sorted by y, then x
+    std::array<ZeroedWords, 3> crossings_;  ///< per axis: marks where rays enter and leave solids
+    ZeroedWords inside_;                    ///< cells with 2 or 3 votes
+    ZeroedWords odd_;  ///< cells with 1 or 3 votes; lines along z ordered by y, then x
     std::uint64_t occupied_ = 0, disputed_ = 0;
     ObjectPool<Scratch> scratch_;
 };

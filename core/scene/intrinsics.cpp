@@ -15,10 +15,9 @@
 namespace peeler {
 namespace {
 
-/// The position of a requested picture, along one dimension, in a larger picture that is centred on
-/// the axis.
+/// The position of a picture, along one dimension, in a larger picture that is centred on the axis.
 struct OffCentre {
-    int whole = 0, first = 0;  ///< size of the larger picture; index of the first requested pixel
+    int whole = 0, first = 0;  ///< size of the larger picture; index of the picture's first pixel
     double sample = 0;         ///< sample position in each pixel
     bool operator==(const OffCentre&) const = default;
 };
@@ -73,8 +72,8 @@ double focalLengthOf(int whole, double half) {
     const double value = whole / (2 * half);
     if (const auto found = simplest(value, [&](double f) { return whole / (2 * f) == half; }))
         return *found;
-    // No focal length gives exactly `half`, so use the nearest half extent that has a focal length.
-    // Converting back and forth then changes nothing more.
+    // No focal length gives exactly `half`. Use the nearest half extent that has a focal length, so
+    // that further conversions change nothing.
     const double nearest = whole / (2 * value);
     return nearest == half ? value : focalLengthOf(whole, nearest);
 }
@@ -85,7 +84,8 @@ double centreOf(int pixels, const OffCentre& side) {
     const double value = (side.whole / 2.0 - before) - 0.5;
     const auto fits = [&](double centre) { return offCentre(pixels, centre) == side; };
     if (const auto found = simplest(value, fits)) return *found;
-    // No position gives exactly this crop, so use the crop of a smaller picture that `value` gives.
+    // No position gives exactly this crop. Use the crop that offCentre() makes for `value`, and
+    // find a position for that crop.
     const auto smaller = offCentre(pixels, value);
     return !smaller || *smaller == side ? value : centreOf(pixels, *smaller);
 }

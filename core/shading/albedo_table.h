@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tables of the directional albedos of lobes, and of lookups in prefiltered light for GGX.
+// Tables for shading with GGX and sheen lobes: directional albedos, and parameters of lookups in
+// prefiltered light.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -18,12 +19,13 @@ inline constexpr int kAlbedoTableSize = 64;
 /// (constants.h).
 std::vector<glm::vec4> albedoTable();
 
-/// Returns the table of lookups in prefiltered light for GGX. The lookups integrate the lobe
-/// exactly if radiance is linear in the direction. x, y: for the F0 term. z, w: for the F90 term,
-/// which Schlick's factor moves away from the normal. x and z: the mean direction, as a position on
-/// the line from the normal (0) to the mirrored view (1); it may exceed 1. y and w: the roughness
-/// of the level whose lobe has the same mean cosine with its axis, divided by the surface's
-/// roughness; slightly reduced for a roughness below 0.4.
+/// Returns the parameters of lookups in prefiltered light for GGX. With them, lookups integrate the
+/// lobe exactly if radiance is linear in the direction. x, y: for the F0 term. z, w: for the F90
+/// term, whose mean direction is farther from the normal because of Schlick's factor. x and z: the
+/// mean direction, as a position on the line from the normal (0) to the mirrored view (1); may
+/// exceed 1. y and w: the roughness of the level to look up, divided by the surface's roughness.
+/// The lobe of this level has the same mean cosine with its axis. Slightly reduced for a roughness
+/// below 0.4.
 std::vector<glm::vec4> lobeTable();
 
 }  // namespace peeler

@@ -61,8 +61,8 @@ class Lighting {
     /// Sets the lights to those of another pose of the same scene.
     void setPose(const PosedScene& posed) { lights_ = placedLights(posed); }
 
-    /// Sets the shadow maps for the next and all later setView() calls. They must outlive their
-    /// use. Null: no shadows.
+    /// Sets the shadow maps for later setView() calls; null means no shadows. The maps must exist
+    /// as long as they are set.
     void setShadows(const ShadowMaps* shadows) { shadows_ = shadows; }
 
     const std::vector<PlacedLight>& lights() const { return lights_; }

@@ -243,7 +243,7 @@ class CellMaker {
     const LayeredImage& image_;
     const PixelRays& rays_;
     const SurfaceLinks& links_;
-    std::vector<std::array<double, 2>> slopes_;  ///< planar depth per pixel, to the right and down
+    std::vector<std::array<double, 2>> slopes_;  ///< change of planar depth per pixel (right, down)
 };
 
 }  // namespace

@@ -214,7 +214,8 @@ void CountMap::finish() {
 SinkMemory CountMap::memory(const Plan& plan) const {
     if (lowerExtension(path_) == ".exr")
         return {.bytes = ExrPlaneWriter::memory(plan.view.crop.width(), 1),
-                // The counts, and the kept rows, which may be copied when they grow.
+                // One number per pixel for `counts_`. Two for the writer's `rows_`, which may be
+                // reallocated and copied.
                 .pixel_bytes = 3 * kNumberBytes};
     SinkMemory memory = ImageWriter(path_, options_).memory(plan);
     // The counts, the band of colours (offset, Z, RGBA), and the band's composite (RGBA, Z).

@@ -113,7 +113,7 @@ struct DecodedTexture {
     bool in_gltf = true;  ///< whether the format is part of glTF 2.0 or an extension
     /// The file's declaration of its values: sRGB (true) or linear (false).
     std::optional<bool> srgb{};
-    /// Defects of the file and features that are not shown, as clauses like those of StoredImage.
+    /// Defects and unsupported features of the file, as clauses (see StoredImage::notes).
     std::vector<std::string> notes{};
 };
 

@@ -350,7 +350,7 @@ class PrimitiveReader {
     const tinygltf::Primitive& source_;
     std::string where_;
     const SizeLimit& budget_;
-    std::uint64_t least_bytes_ = 0;  ///< minimum memory in the scene for the data so far
+    std::uint64_t least_bytes_ = 0;  ///< lower bound of the primitive's size in the scene, in bytes
     std::size_t vertex_count_ = 0;
     ElementRange used_;  ///< vertices to read
 };

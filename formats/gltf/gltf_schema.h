@@ -36,7 +36,7 @@ enum class SchemaKind {
     kNumberList,  ///< array of any number of numbers
     kInteger,     ///< min … max
     kEnum,        ///< integer; `of` lists the allowed values
-    kIndex,       ///< index into the array at root path `of`
+    kIndex,       ///< index into an array, whose path from the root is `of`
     kIndices,     ///< array of indices
     kIndexMap,    ///< object of indices
     kIndexMaps,   ///< array of objects of indices

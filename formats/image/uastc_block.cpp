@@ -13,7 +13,7 @@ namespace {
 /// bits for each mode").
 struct UastcMode {
     std::uint8_t code, code_bits;
-    std::uint8_t hint_bits;     ///< for transcoders to other formats
+    std::uint8_t hint_bits;     ///< bits that only transcoders to other formats use
     std::uint8_t pattern_bits;  ///< PAT
     std::uint8_t subsets;       ///< number of subsets, each with its own endpoints
     std::uint8_t channels;      ///< 2 for LA, 3 for RGB, 4 for RGBA

@@ -207,8 +207,8 @@ std::string scriptText(const Json& value) {
     return text;
 }
 
-/// Returns the bytes of a premultiplied linear colour after the display transform: sRGB,
-/// premultiplied, followed by alpha and opacities.
+/// Returns the bytes of a colour as the page stores it: premultiplied sRGB after the display
+/// transform, alpha, and the opacity of each channel. `color` is linear and premultiplied.
 EncodedColor encodedColor(const TintedColor& color, const Display& display) {
     const Rgba shown = display.shown(untinted(color));
     const auto byte = [](float value) {

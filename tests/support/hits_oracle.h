@@ -114,7 +114,7 @@ class DoubleHits {
         const auto& self = *static_cast<const DoubleHits*>(arguments->geometryUserPtr);
         auto& query = *reinterpret_cast<Query*>(arguments->context);
         const unsigned triangle = arguments->primID;
-        // Does not shorten the ray, because all hits are wanted.
+        // Does not shorten the ray, so that Embree reports all hits.
         if (const auto t = meetingT(self.soup_.triangles[triangle], query.ray))
             query.hits.push_back({triangle, *t});
     }
@@ -130,8 +130,8 @@ struct HitAgreement {
     std::size_t rays = 0, hits = 0;
     std::size_t differing = 0;  ///< rays with a different number of hits
     std::size_t elsewhere = 0;  ///< rays with a different number of hits or different triangles
-    /// Greatest distance between a ray in `elsewhere` and the nearest edge of a triangle that only
-    /// one of the two hits, in ray spacings.
+    /// For the rays in `elsewhere`: the greatest distance, in ray spacings, from a ray to the
+    /// nearest edge of a triangle that either only the source or only the oracle hits.
     double farthest = 0;
     double largest_error = 0;  ///< greatest error of Z, relative to the scene's size
 

@@ -22,7 +22,8 @@ class OcclusionOracle {
     OcclusionOracle(const TriangleSoup& soup, float own_surface)
         : scene_(soup), own_surface_(own_surface) {}
 
-    /// For each receiver, returns the share along the `directions` above its surface.
+    /// Returns the unoccluded share for each receiver, from those of the `directions` that are
+    /// above its surface.
     std::vector<float> along(const Receivers& receivers,
                              const std::vector<glm::dvec3>& directions) const {
         return forEach(receivers, [&](const glm::vec3& position, const glm::vec3& normal) {
@@ -38,8 +39,9 @@ class OcclusionOracle {
         });
     }
 
-    /// Returns the reference: shares along `count` cosine-distributed directions, different for
-    /// each receiver. Rays start at the height `raised` (scene units) above the surface.
+    /// Returns the reference: the unoccluded share for each receiver, from `count`
+    /// cosine-distributed directions, which differ for each receiver. Rays start at the height
+    /// `raised` (scene units) above the surface.
     std::vector<float> reference(const Receivers& receivers, int count, float raised = 0) const {
         std::vector<glm::dvec3> lobe;  // directions around +Z (Malley's method on a Fibonacci disc)
         for (int i = 0; i < count; ++i) {
@@ -66,7 +68,8 @@ class OcclusionOracle {
         return ray.tfar < 0;
     }
 
-    /// Returns a share for each receiver. Receivers without a normal get 0, as in bake().
+    /// Returns the unoccluded share for each receiver; 0 for receivers without a normal, as in
+    /// bake().
     template <class Share>
     static std::vector<float> forEach(const Receivers& receivers, const Share& share) {
         constexpr std::size_t kAtOnce = 64;

@@ -40,7 +40,7 @@ std::vector<Words> commandsOn(const std::string& scene, const std::string& out) 
     };
 }
 
-/// Invalid files with the names of the GL libraries.
+/// Invalid files with the names of the GL libraries, so that the libraries cannot be loaded.
 class GlThatDoesNotOpen : public testing::Test {
   protected:
     GlThatDoesNotOpen() {
@@ -112,7 +112,8 @@ class BareRoot {
     }
 
     const std::string& libraries() const { return libraries_; }
-    /// Runs peeler with this root. Its mounts are in a namespace of their own and end with it.
+    /// Runs peeler with this root folder, in a mount namespace of its own. The mount of /proc ends
+    /// with the namespace.
     CommandResult run(Words line) const {
         Words command{"unshare",
                       "--mount",

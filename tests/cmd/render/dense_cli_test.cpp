@@ -170,7 +170,7 @@ TEST_F(Dense, ArraysOfRenderAreThoseOfExtract) {
         const Json told = resultOf(with("render.npz"));
         EXPECT_EQ(told.at("bytes"), fs::file_size(path("render.npz")));
         EXPECT_EQ(told.at("forecastBytes"), told.at("bytes"));
-        // Only renders have the last array, a hash; all bytes before it are the same.
+        // The files are identical up to the last array, `output_hash`, which only `render` writes.
         const auto arrays = readNpz(path("extract.npz")), more = readNpz(path("render.npz"));
         EXPECT_EQ(more.size(), arrays.size() + 1);
         EXPECT_EQ(more.at("output_hash").numbers.size(), 16U);
@@ -179,7 +179,7 @@ TEST_F(Dense, ArraysOfRenderAreThoseOfExtract) {
         EXPECT_TRUE(bytesOf(path("extract.npz")).substr(0, same) ==
                     bytesOf(path("render.npz")).substr(0, same))
             << line[1];
-        // For files of planes, too, all bytes before the hash are the same.
+        // With --dense, too, the files are identical up to the hash.
         run(with("render.npz", {"--dense", "2", "--fill", "-1"}));
         run({"extract", path("in.exr"), "--npz", path("extract.npz"), "--dense", "2", "--fill",
              "-1"});

@@ -106,8 +106,8 @@ class Ended : public testing::Test {
         StartedCommand run(peelerCommand(animation("1-20", out_)));
         while (done > 0 && run.running() && (inodeOf(last) == before || inodeOf(last) == 0))
             std::this_thread::sleep_for(100us);
-        // The delay ends within about the next two frames or, before the first frame, within half
-        // the time of a run.
+        // The maximum delay: 1/kFrames of the time so far or, if no frame is awaited, half the time
+        // of a whole run.
         const std::chrono::duration<double> most =
             done > 0 ? (Clock::now() - start) / kFrames : whole_time_ / 2;
         std::this_thread::sleep_for(part(random_) * most);
@@ -200,8 +200,7 @@ Held heldBy(pid_t pid) {
     std::error_code gone;
     for (fs::directory_iterator file(process / "fd", gone), end; !gone && file != end;
          file.increment(gone)) {
-        // Does not count files that are being written, nor their folder, because they are open only
-        // briefly.
+        // Skips files that are being written and their folder: they are open only briefly.
         std::error_code closed;
         const fs::path target = fs::read_symlink(file->path(), closed);
         if (!closed && target.string().find("peeler-test-") == std::string::npos) ++held.files;

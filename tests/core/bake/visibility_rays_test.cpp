@@ -289,7 +289,7 @@ TEST(VisibilityRays, AreNotStoppedByWhatIsNowhere) {
     EXPECT_EQ(seenUpward(line, {{0.3, 0.2, -2}})[0], 2);
 }
 
-/// The CPU's hits, from a source that prefers bundles.
+/// A HitRasterizer whose prefersLines() is false, so that baking uses bundles.
 class Bundled final : public HitSource {
   public:
     explicit Bundled(const PosedScene& posed) : hits_(posed) {}
@@ -400,7 +400,7 @@ TEST(VisibilityRays, TellBeforeTheyLook) {
                 EXPECT_LT(done, 1);
                 told.push_back(bytes);
             });
-        // All individual rays are one step; bundles take 8 steps of a pair each.
+        // Individual rays are traced in one step. Bundles are traced in 8 steps of two each.
         ASSERT_EQ(told.size(), source == &lines ? 1U : 8U);
         const std::uint64_t before = forecastBake(*source, receivers, settings, {}, {});
         EXPECT_GT(before, 1'000'000U);

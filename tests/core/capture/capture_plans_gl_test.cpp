@@ -16,7 +16,7 @@
 namespace peeler::test {
 namespace {
 
-/// Captures all plans in order and then the first ones again. Compares with immediate captures.
+/// Captures each plan twice, in a mixed order. Compares the pictures with immediate captures.
 void expectTheSameInAnyOrder(HitSource& source, const std::vector<View>& views,
                              const std::vector<CaptureSettings>& settings) {
     std::vector<Captured> expected;
@@ -79,8 +79,8 @@ TEST(PicturePlans, OfLayersCompositesAndSamplesInAnyOrder) {
     View view = testView(64, 48);
     view.camera_to_world[3].z = 4;
     std::vector<CaptureSettings> settings(4);
-    settings[1].composite = true;  // the count keeps the fragments
-    settings[2].samples = 4;       // the count keeps these, too
+    settings[1].composite = true;  // the plan keeps the composited bands
+    settings[2].samples = 4;       // the plan keeps the merged bands
     settings[3].max_layers = 1;
     settings[3].shadows = true;
     expectTheSameInAnyOrder(renderer, std::vector(4, view), settings);

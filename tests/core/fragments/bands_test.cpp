@@ -66,7 +66,8 @@ TEST(Bands, ASinkTakesWhatItSays) {
     Plan plan;
     plan.view.crop = {0, 0, 10, 10};
     const MemoryUse use = sinkUse(Keeper(), plan, 20, [](int rows) { return 30ULL * rows; });
-    // Two rows have 60 fragments of 20 bytes, and 20 pixels; memory holds them twice.
+    // The sink needs memory for two copies of 2 rows, which have 20 pixels and at most 60
+    // fragments.
     EXPECT_EQ(use.fixed, 2 * (60 * 20 + 20 * (kBandPixelBytes + 8)) + 100);
     EXPECT_EQ(use.pixel, 8 + sizeof(std::uint32_t));
     EXPECT_EQ(use.fragment, 12U + 20U);

@@ -82,8 +82,8 @@ TEST(EnvironmentMaps, HalfWhiteHalfBlackHasTheIrradianceOfAHemisphere) {
         const double mean = 0.5 * double(level.texels[row].g + level.texels[row - 1].g);
         EXPECT_NEAR(mean, 0.5, 0.02) << level.size;
     }
-    // The texel straight up sees only white, even with the roughest lobe: its mirrored directions
-    // are distributed as the cosine squared and weighted by the cosine.
+    // The texel straight up sees only white, even with the roughest lobe. The lobe's mirrored
+    // directions are distributed as the cosine squared and weighted by the cosine.
     EXPECT_NEAR(maps.radiance.back().texels[2 * 64 + 3 * 8 + 3].g, 1, 0.02);
 }
 
@@ -278,7 +278,7 @@ TEST(Studio, IsTheSameOnOneThread) {
 }
 
 TEST(EnvironmentMaps, LargePicturesKeepTheirMean) {
-    // The picture is larger than the largest cube map, and its size is no power of 2.
+    // The picture is larger than the largest cube map, and its size is not a power of 2.
     const auto maps = prefilter(environmentOf(
         2500, [](float u, float) { return glm::vec3(std::fmod(u * 1250, 1.0F) * 2); }));
     EXPECT_EQ(maps.radiance.front().size, 512);

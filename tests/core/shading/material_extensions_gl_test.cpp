@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests the KHR_materials extensions that change the surface itself, in the light of one lamp and a
-// black environment: each against its formulas, and all at once.
+// Tests the KHR_materials extensions that change the surface itself. The scene has one lamp and a
+// black environment. Tests each extension against its formulas, and all extensions together.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -115,12 +115,12 @@ TEST(Anisotropy, FollowsItsTextureWithOrWithoutTangents) {
     wall.scene().materials.back().anisotropy.rotation = 0;
     wall.scene().meshes[0].primitives[0].tangents.clear();
     EXPECT_NEAR(wall.radiance(40, 90).g, stretchedGgx(at, ab, 40, 0), 2e-3);
-    // With strength 0 in the texture, the extension has no effect.
+    // Strength 0 in the texture gives the isotropic lobe.
     wall.scene().images[0].rgba[2] = 0;
     const double none = wall.radiance(40, 90).g;
     wall.scene().materials.back().anisotropy = {};
     EXPECT_NEAR(none, wall.radiance(40, 90).g, 1e-6);
-    // Without texture coordinates, the direction is undefined, so the extension has no effect.
+    // Without texture coordinates the direction is undefined, so the lobe is isotropic, too.
     wall.scene().materials.back().anisotropy.strength = 1;
     wall.scene().meshes[0].primitives[0].texcoords[0].clear();
     EXPECT_NEAR(none, wall.radiance(40, 90).g, 1e-6);

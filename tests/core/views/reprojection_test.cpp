@@ -260,7 +260,7 @@ TEST(Reprojection, EdgesDoNotGrow) {
     }
 }
 
-/// Returns random fragment lists, without meaning: surfaces cross, touch and end anywhere.
+/// Returns random fragment lists whose surfaces cross, touch and end anywhere.
 LayeredImage noise(const Window& window) {
     std::mt19937 random(20);
     std::uniform_real_distribution<float> any(0, 1);
@@ -271,7 +271,7 @@ LayeredImage noise(const Window& window) {
         for (int k = 0; k < count; ++k) {
             const float alpha = 0.1F + 0.8F * any(random);
             list.push_back({z, {alpha * any(random), alpha * any(random), alpha, alpha}});
-            // For every second fragment, the next fragment coincides with it.
+            // Every second fragment has the same depth as the next.
             if (k % 2 == x % 2) z += any(random) * any(random);
         }
         return list;

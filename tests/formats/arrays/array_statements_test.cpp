@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests that every statement of scenes and layers as arrays has the outcome that formats/README.md
-// documents.
+// Tests the tables for scenes and layers as arrays in formats/README.md, "Supported content".
 #include <functional>
 #include <nlohmann/json.hpp>
 

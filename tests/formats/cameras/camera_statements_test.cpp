@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests that every statement of camera files has the outcome that formats/README.md documents.
+// Tests the table for camera files in formats/README.md, "Supported content".
 #include <algorithm>
 #include <iterator>
 

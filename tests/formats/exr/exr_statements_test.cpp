@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests that every statement of other programs' OpenEXR files has the outcome that
-// formats/README.md documents.
+// Tests the table for other programs' OpenEXR files in formats/README.md, "Supported content".
 #include <OpenEXR/ImfFloatAttribute.h>
 #include <OpenEXR/ImfPreviewImage.h>
 #include <OpenEXR/ImfStandardAttributes.h>
@@ -120,8 +119,7 @@ ChangeHeader views(bool parts) {
     };
 }
 
-/// Reads all pixels. Returns the warnings. Statements outside the header are in files named
-/// pixels.exr.
+/// Reads all pixels and returns the warnings. For files named pixels.exr, sets `pixels_only`.
 std::vector<Text> readStatement(const std::filesystem::path& file, bool strict) {
     LayeredReadOptions options;
     options.strict = strict;

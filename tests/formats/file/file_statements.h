@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests that every statement of a format has the outcome that formats/README.md documents.
+// Tests of the tables in formats/README.md, "Supported content": content of a format, and the
+// result (read, warned or refused).
 #pragma once
 
 #include <gtest/gtest.h>
@@ -16,20 +17,20 @@
 
 namespace peeler::test {
 
-/// One statement of a format, in the smallest file that contains it.
+/// A test case: the smallest file with one kind of content, and the expected result.
 struct Statement {
-    std::string says;     ///< first cell of its row in formats/README.md
-    std::string becomes;  ///< second cell, the outcome: "read", "warned" or "refused"
+    std::string says;     ///< first cell of the table's row: the content
+    std::string becomes;  ///< second cell, the result: "read", "warned" or "refused"
     std::string name;     ///< the file's name
     std::string bytes;
-    std::map<std::string, std::string> beside{};  ///< other files in its folder, by name
+    std::map<std::string, std::string> beside{};  ///< other files in the same folder, by name
 };
 
 /// Reads a file and returns its warnings. Throws Error (kInput) if the file is rejected.
 using ReadStatement =
     std::function<std::vector<Text>(const std::filesystem::path& file, bool strict)>;
 
-/// Returns the rows of the table below "### FORMAT" in formats/README.md, as {statement: outcome}.
+/// Returns the rows of the table below "### FORMAT" in formats/README.md: results by content.
 inline std::map<std::string, std::string> statementRows(const std::string& format) {
     std::istringstream text(bytesOf(sourceDir() / "formats/README.md"));
     std::map<std::string, std::string> rows;
@@ -46,8 +47,8 @@ inline std::map<std::string, std::string> statementRows(const std::string& forma
     return rows;
 }
 
-/// Returns a statement's outcome: "read", "warned" or "refused". With --strict, exactly the
-/// statements that are warned or refused must be errors.
+/// Returns the result for a file: "read", "warned" or "refused". Expects an error with --strict if
+/// the result is not "read".
 inline std::string outcomeOf(const std::filesystem::path& file, const ReadStatement& read) {
     std::string outcome;
     try {
@@ -67,7 +68,7 @@ inline std::string outcomeOf(const std::filesystem::path& file, const ReadStatem
     return outcome;
 }
 
-/// Expects every statement to have its outcome, and the format's table to have exactly these rows.
+/// Expects every case to have its result, and every row of the format's table to have a case.
 inline void expectStatements(const std::string& format, const std::vector<Statement>& statements,
                              const ReadStatement& read) {
     std::map<std::string, std::string> tested;

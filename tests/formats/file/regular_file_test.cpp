@@ -108,8 +108,8 @@ TEST(RegularFile, PipesDevicesAndFoldersAreRefused) {
     close(server);
 }
 
-/// Returns the kind of the Error that an action throws, if any. The error's text must have the
-/// reason.
+/// Returns the kind of the Error that an action throws, if any. Expects the Error to have a reason,
+/// a place and a hint.
 std::optional<ErrorKind> kindOf(const std::function<void()>& action) {
     try {
         action();

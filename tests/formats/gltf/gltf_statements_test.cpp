@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests that every statement of a glTF file has the outcome that formats/README.md documents.
+// Tests the table for glTF files in formats/README.md, "Supported content".
 #include <cmath>
 #include <functional>
 
@@ -58,7 +58,7 @@ constexpr const char* kGltfBrokenFile =
 
 using Edit = std::function<void(GltfBuilder&)>;
 
-/// A statement, made by an addition to a triangle with a textured material.
+/// A test case: an edit of a triangle with a textured material.
 struct Said {
     const char *says, *becomes;
     Edit edit;

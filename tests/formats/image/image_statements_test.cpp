@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests that every statement of textures, environments and compared pictures has the outcome that
-// formats/README.md documents.
+// Tests the tables for textures, environments and compared pictures in formats/README.md,
+// "Supported content".
 #include <OpenEXR/ImfEnvmap.h>
 #include <OpenEXR/ImfStandardAttributes.h>
 #include <OpenImageIO/imageio.h>
@@ -103,8 +103,8 @@ std::string envmap(Imf::Envmap kind) {
     return exrWith([&](Imf::Header& header) { Imf::addEnvmap(header, kind); });
 }
 
-/// Returns the statements. The names of textures begin with t, of environments with e, of compared
-/// pictures with c.
+/// Returns the test cases. File names begin with t for textures, e for environments, c for compared
+/// pictures.
 std::vector<Statement> texturesAndPictures() {
     Ktx2File swizzled = ktx2Of(), premultiplied = ktx2Of(), grey = ktx2Of();
     swizzled.metadata = {{"KTXswizzle", std::string("bgra\0", 5)}};

@@ -13,8 +13,8 @@ namespace peeler::test {
 
 struct UastcLayout {
     unsigned code, code_bits;
-    unsigned
-        first;  ///< first bit of PAT, else of CSEL, else of the endpoints ("mode encoding summary")
+    /// Number of the first bit after the transcoding hints ("mode encoding summary").
+    unsigned first;
     unsigned pattern_bits, patterns;  ///< bits of PAT, and the number of patterns
     bool selects;                     ///< whether the mode has CSEL
     unsigned subsets, channels, planes;
@@ -24,7 +24,7 @@ struct UastcLayout {
     std::size_t endpoints() const { return std::size_t{2} * subsets * channels; }
 };
 
-/// The layouts by mode index. The single-colour mode has no fields here.
+/// The layouts by mode index. For the single-colour mode, only the code is set.
 inline constexpr UastcLayout kUastcLayouts[] = {
     {0x01, 4, 19, 0, 1, false, 1, 3, 1, 3, 6, 4},  {0x35, 6, 21, 0, 1, false, 1, 3, 1, 1, 8, 2},
     {0x1D, 5, 20, 5, 30, false, 2, 3, 1, 1, 4, 3}, {0x03, 5, 20, 4, 11, false, 3, 3, 1, 3, 2, 2},

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests that every statement of an OBJ and its MTL has the outcome that formats/README.md
-// documents.
+// Tests the table for OBJ and MTL in formats/README.md, "Supported content".
 #include "formats/file/file_statements.h"
 #include "formats/image/png_builder.h"
 #include "formats/meshes/scene_reader.h"
@@ -43,7 +42,7 @@ constexpr const char* kObjBroken =
     "no OBJ line, non-finite positions, words for numbers, too few numbers, indices of nothing; in "
     "every format: UTF-16, a Git LFS pointer, a web page";
 
-/// Returns an OBJ: a triangle with a normal and the material m of m.mtl, between other statements.
+/// Returns an OBJ: `before`, a triangle with a normal and the material m of m.mtl, and `behind`.
 std::string obj(const std::string& before, const std::string& behind = "") {
     return before +
            "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nvn 0 0 1\n"
@@ -53,12 +52,12 @@ std::string obj(const std::string& before, const std::string& behind = "") {
 
 const std::string kName = "a.obj";
 
-/// Returns a statement of an OBJ whose material is trivial.
+/// Returns a test case for an OBJ with a trivial material.
 Statement ofObj(const std::string& says, const std::string& becomes, const std::string& bytes) {
     return {says, becomes, kName, bytes, {{"m.mtl", "newmtl m\nKd 1 0 0\n"}}};
 }
 
-/// Returns a statement in the MTL of an OBJ.
+/// Returns a test case for a statement in an MTL.
 Statement ofMtl(const std::string& says, const std::string& becomes, const std::string& statement) {
     const Bytes picture = png(1, 1, PngColor::kRgb, 8, {1, 2, 3});
     return {says,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests that every statement of a PLY has the outcome that formats/README.md documents.
+// Tests the table for PLY in formats/README.md, "Supported content".
 #include "formats/file/file_statements.h"
 #include "formats/image/png_builder.h"
 #include "formats/meshes/scene_reader.h"
@@ -33,9 +33,9 @@ constexpr const char* kPlyBroken =
     "non-finite positions, no `vertex` with x, y, z, faces before vertices or without corners, "
     "indices of no vertex, unknown types or header lines, truncation";
 
-/// A PLY of a triangle. `vertex` and `vertex_data` are properties after x, y, z and their values,
-/// `face` and `face_data` those of faces; `more` and `data` are elements after the faces; `comment`
-/// precedes the elements.
+/// A PLY of a triangle. `vertex` declares properties after x, y, z, and `vertex_data` has their
+/// values. `face` and `face_data` do the same for faces. `more` and `data` are elements after the
+/// faces. `comment` precedes the elements.
 struct PlyText {
     std::string vertex{}, vertex_data{}, face{}, face_data{}, more{}, data{}, comment{};
 

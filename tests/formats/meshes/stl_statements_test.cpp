@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests that every statement of an STL has the outcome that formats/README.md documents.
+// Tests the table for STL in formats/README.md, "Supported content".
 #include "formats/file/file_statements.h"
 #include "formats/meshes/scene_reader.h"
 

@@ -44,7 +44,7 @@ enum Place {
 
 thread_local GLenum pending_error = GL_NO_ERROR;
 
-/// Kinds under which these calls also count, by function name.
+/// Functions with an additional kind of call, which is counted and can fail, too.
 constexpr struct {
     const char* name;
     Call call;
@@ -63,7 +63,7 @@ bool failsDriver(const char* name) {
     bool failed = false;
     for (const auto& row : kSpecial)
         if (strcmp(row.name, name) == 0) failed = fails(row.call);
-    // Queries cannot run out of memory, and deletions free memory, so neither may fail.
+    // Queries cannot run out of memory, and deletions free memory. So they never fail.
     const bool asks = strncmp(name, "glGet", 5) == 0 || strncmp(name, "glCheck", 7) == 0;
     if (!asks && strncmp(name, "glDelete", 8) != 0) failed = fails(k_gl) || failed;
     if (failed && !asks) pending_error = GL_OUT_OF_MEMORY;
@@ -144,7 +144,7 @@ constexpr struct {
 #undef X
 };
 
-/// The driver's eglGetProcAddress, whose results are wrapped, too.
+/// The driver's eglGetProcAddress. The functions that it returns are wrapped, too.
 PFNEGLGETPROCADDRESSPROC find_in_driver = nullptr;
 __eglMustCastToProperFunctionPointerType findInstead(const char* name) {
     const Uncounted inside;
