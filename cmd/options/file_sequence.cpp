@@ -291,8 +291,7 @@ void FileSequence::make(std::size_t index, ProgressReport& progress) {
     }
     PictureReporter reporter(reporter_, progress, index, pictures_.size());
     worst_ = std::max(worst_, runOne(argumentsOf(number), reporter));
-    if (reporter.found.is_null()) return;
-    has_results_ = true;
+    has_results_ = has_results_ || !reporter.found.is_null();
     results_->add(numbered(number, reporter.found), "");
 }
 
@@ -301,14 +300,14 @@ Json FileSequence::numbered(const PictureNumber& number, const Json& result) con
     Json json;
     if (number.frame) json["frame"] = *number.frame;
     if (number.view) json["view"] = *number.view;
-    json.update(result);
+    if (!result.is_null()) json.update(result);
     return json;
 }
 
 int FileSequence::report() {
     const Json json = results_->json();
     if (report_.file) writeReport(*report_.file, json);
-    // A dry run reports its result in any case.
+    // Dry runs report their results in any case.
     if (report_.json || (has_results_ && !report_.file)) reporter_.result(json);
     results_->reportFailures();
     return std::max(worst_, results_->worst());
