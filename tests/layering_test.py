@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tests that includes follow the order of the rooms in the tables of core, formats and cmd."""
+"""Tests that includes follow the order of the rooms in the lists of core, formats and cmd."""
 
 import pathlib
 import re
@@ -12,7 +12,8 @@ FROM_THE_ROOT = ("core/", "formats/", "cmd/", "shaders/")
 PUBLIC = "cmd/library/include/"  # other code includes these headers in angle brackets, relative to this folder
 CODE = (".h", ".cpp")
 
-ROW = re.compile(r"^\| `((?:core|formats|cmd)(?:/\w+)*)` \|", re.MULTILINE)
+ITEM = re.compile(r"^- ((?:`[\w/]+`(?:, )?)+)", re.MULTILINE)
+ROOM = re.compile(r"`((?:core|formats|cmd)(?:/\w+)*)`")
 INCLUDE = re.compile(r'^ *# *include (?:"([^"]+)"|<(peeler/[^>]+)>)')
 EXPORTS = "#pragma GCC visibility push(default)\n"
 
@@ -22,11 +23,12 @@ def files(source, folders, suffixes):
 
 
 def rooms(source):
-    """Returns the rooms of the three tables, in their order: a room may include only earlier ones."""
+    """Returns the rooms of the three lists, in their order: a room may include only earlier ones."""
     found = []
     for library in LIBRARIES:
         text = (source / library / "README.md").read_text(encoding="utf-8")
-        found += ROW.findall(text.partition("## Rooms")[2].partition("\n## ")[0])
+        for item in ITEM.findall(text.partition("## Rooms")[2].partition("\n## ")[0]):
+            found += ROOM.findall(item)
     return found
 
 
@@ -70,16 +72,16 @@ def exports(source):
     return errors
 
 
-def tables_and_folders(source):
-    """Returns the rooms in a table that have no code, and the folders with code that are not rooms."""
+def lists_and_folders(source):
+    """Returns the rooms in a list that have no code, and the folders with code that are not rooms."""
     told = rooms(source)
     there = {
         path.parent.relative_to(source).as_posix() for path in files(source, LIBRARIES, CODE)
     }
-    errors = [f"{room}: stands twice in the table" for room in set(told) if told.count(room) > 1]
-    errors += [f"{room}: in the table, but there is no such room" for room in set(told) - there]
+    errors = [f"{room}: stands twice in the list" for room in set(told) if told.count(room) > 1]
+    errors += [f"{room}: in the list, but there is no such room" for room in set(told) - there]
     for room in there - set(told):
-        errors.append(f"{room}: not in the table of {room.partition('/')[0]}/README.md")
+        errors.append(f"{room}: not in the list of {room.partition('/')[0]}/README.md")
     return sorted(errors)
 
 
@@ -146,8 +148,8 @@ class Rooms(unittest.TestCase):
         if errors:
             self.fail("\n" + "\n".join(errors))
 
-    def test_every_room_is_in_its_table(self):
-        self.assertNone(tables_and_folders(SOURCE))
+    def test_every_room_is_in_its_list(self):
+        self.assertNone(lists_and_folders(SOURCE))
 
     def test_includes_are_paths_from_the_root(self):
         self.assertNone(not_from_the_root(SOURCE))
@@ -236,29 +238,30 @@ class PlantedIncludes(unittest.TestCase):
 
 
 class PlantedFiles(unittest.TestCase):
-    """Proves that the checks of folders, tables and lengths can fail."""
+    """Proves that the checks of folders, lists and includes can fail."""
 
     def setUp(self):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         self.source = pathlib.Path(folder.name)
         for library in LIBRARIES:
-            self.write(f"{library}/README.md", f"## Rooms\n| `{library}/a` | |\n## More\n| `core/b` | |\n")
+            self.write(f"{library}/README.md", f"## Rooms\n- `{library}/a`: A.\n## More\n- `core/b`\n")
             self.write(f"{library}/a/a.h", '#pragma once\n#include "core/a/a.h"\n')
 
     def write(self, path, text):
         (self.source / path).parent.mkdir(parents=True, exist_ok=True)
         (self.source / path).write_text(text, encoding="utf-8")
 
-    def test_tables(self):
+    def test_lists(self):
         self.assertEqual(rooms(self.source), ["core/a", "formats/a", "cmd/a"])
-        self.assertEqual(tables_and_folders(self.source), [])
-        self.write("core/README.md", "## Rooms\n| `core/c` | C. |\n")
+        self.assertEqual(lists_and_folders(self.source), [])
+        self.write("core/README.md", "## Rooms\n- `core/c`, `core/d`: not `core/a`.\n")
         self.assertEqual(
-            tables_and_folders(self.source),
+            lists_and_folders(self.source),
             [
-                "core/a: not in the table of core/README.md",
-                "core/c: in the table, but there is no such room",
+                "core/a: not in the list of core/README.md",
+                "core/c: in the list, but there is no such room",
+                "core/d: in the list, but there is no such room",
             ],
         )
 

@@ -87,13 +87,16 @@ def written(source):
 
 
 def left(source):
-    """Returns {(buffer, shader that may write it)}, from the table of barriers."""
+    """Returns {(buffer, shader that may write it)}, from the lists of barriers."""
     found = set()
+    buffer = ""
     for line in section(source, "What passes leave to each other").splitlines():
-        if line.startswith("| `"):
-            buffer, writers, readers, between = (cell.strip() for cell in line.strip("|").split("|"))
+        if line.startswith("`") and line.endswith("`:"):
+            (buffer,) = NAME.findall(line)
+        elif line.startswith("- `"):
+            writers, readers, between = line.removeprefix("- ").split("; ")
             if readers and between:
-                found.update((NAME.findall(buffer)[0], writer) for writer in FILE.findall(writers))
+                found.update((buffer, writer) for writer in FILE.findall(writers))
     return found
 
 
@@ -154,7 +157,7 @@ class Planted(unittest.TestCase):
         self.assertEqual(written(self.source), {("PEELER_A", "b.frag")})
         self.assertEqual(left(self.source), set())
         self.write(
-            "shaders/README.md", "## What passes leave to each other\n| `PEELER_A` | `b.frag` | the CPU | a barrier |\n"
+            "shaders/README.md", "## What passes leave to each other\n`PEELER_A`:\n\n- `b.frag`; CPU; wait\n"
         )
         self.assertEqual(left(self.source), written(self.source))
 

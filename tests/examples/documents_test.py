@@ -121,9 +121,9 @@ class Documents(unittest.TestCase):
 
     def test_every_verb_is_told_of(self):
         readme = (SOURCE / "README.md").read_text(encoding="utf-8")
-        table = (SOURCE / "cmd" / "README.md").read_text(encoding="utf-8")
-        told = [verb for verb in self.verbs() if re.search(rf"^\| `{verb}\b", table, re.M)]
-        self.assertEqual(told, self.verbs())
+        document = (SOURCE / "cmd" / "README.md").read_text(encoding="utf-8")
+        section = document.partition("## Verbs\n")[2].partition("\n## ")[0]
+        self.assertEqual([verb for verb in self.verbs() if f"`{verb}`" not in section], [])
         self.assertEqual([verb for verb in self.verbs() if f"peeler {verb}" not in readme], [])
 
     def test_options_are_the_programs(self):

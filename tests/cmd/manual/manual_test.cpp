@@ -269,7 +269,7 @@ TEST(ExitCodes, AreThoseOfTheErrorsAndOfTheDocument) {
           ErrorKind::kDevice, ErrorKind::kIncomplete, ErrorKind::kMemory})
         EXPECT_TRUE(codes.contains(std::to_string(static_cast<int>(kind))));
     const std::string document = bytesOf(sourceDir() / "cmd" / "README.md");
-    EXPECT_EQ(found(partOf(document, "## Exit codes", "\n## "), "^\\| (\\d[^|]*?) +\\|"), codes);
+    EXPECT_EQ(found(partOf(document, "## Exit codes", "\n## "), "^- (\\d[^:]*):"), codes);
 }
 
 TEST(EnvironmentVariables, AreThoseThatTheProductReads) {

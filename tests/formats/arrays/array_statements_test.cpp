@@ -11,7 +11,7 @@
 namespace peeler::test {
 namespace {
 
-// The first cells of rows in formats/README.md.
+// Items of lists in formats/README.md.
 constexpr const char* kArrayMaterial =
     "`base_color`, `metallic`, `roughness`, `double_sided`, as in glTF; `alpha_mode`: OPAQUE, "
     "MASK, BLEND; `mode`: triangles, lines, points; `name`, `arrays_version`, `format`";

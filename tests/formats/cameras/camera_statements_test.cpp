@@ -11,7 +11,7 @@
 namespace peeler::test {
 namespace {
 
-// The first cells of rows in formats/README.md.
+// Items of lists in formats/README.md.
 constexpr const char* kCameras = "all of [Cameras](#cameras); zero distortion";
 constexpr const char* kCameraPassedOver =
     "ignored: training data (`aabb_scale`, `scale`, `offset`, masks, depth pictures …), transforms "

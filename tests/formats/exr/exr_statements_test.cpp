@@ -16,7 +16,7 @@
 namespace peeler::test {
 namespace {
 
-// The first cells of rows in formats/README.md.
+// Items of lists in formats/README.md.
 constexpr const char* kExrStorage =
     "scan lines or tiles (the largest level), flat or deep, any lineOrder, any compression that "
     "OpenEXR has";

@@ -9,6 +9,7 @@
 #include <map>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <peeler/error.h>
@@ -19,8 +20,8 @@ namespace peeler::test {
 
 /// A test case: the smallest file with one kind of content, and the expected result.
 struct Statement {
-    std::string says;     ///< first cell of the table's row: the content
-    std::string becomes;  ///< second cell, the result: "read", "warned" or "refused"
+    std::string says;     ///< the content: an item of a list in formats/README.md
+    std::string becomes;  ///< the result: "read", "warned" or "refused"
     std::string name;     ///< the file's name
     std::string bytes;
     std::map<std::string, std::string> beside{};  ///< other files in the same folder, by name
@@ -30,21 +31,26 @@ struct Statement {
 using ReadStatement =
     std::function<std::vector<Text>(const std::filesystem::path& file, bool strict)>;
 
-/// Returns the rows of the table below "### FORMAT" in formats/README.md: results by content.
-inline std::map<std::string, std::string> statementRows(const std::string& format) {
+/// Returns the list items below "### FORMAT" in formats/README.md, as results by content. The
+/// line "Read:", "Warned:" or "Refused:" before a list states the result of its items.
+inline std::map<std::string, std::string> statementItems(const std::string& format) {
+    const std::map<std::string, std::string> outcomes = {
+        {"Read:", "read"}, {"Warned:", "warned"}, {"Refused:", "refused"}};
     std::istringstream text(bytesOf(sourceDir() / "formats/README.md"));
-    std::map<std::string, std::string> rows;
+    std::vector<std::pair<std::string, std::string>> items;
+    std::string outcome;
     bool inside = false;
     for (std::string line; std::getline(text, line);) {
         if (line.starts_with('#')) inside = line == "### " + format;
-        if (!inside || !line.starts_with("| ")) continue;
-        const std::size_t first = line.find(" | "), second = line.find(" |", first + 3);
-        if (first == std::string::npos || second == std::string::npos) continue;
-        rows.emplace(line.substr(2, first - 2), line.substr(first + 3, second - first - 3));
+        if (!inside) continue;
+        if (const auto found = outcomes.find(line); found != outcomes.end())
+            outcome = found->second;
+        else if (line.starts_with("- "))
+            items.emplace_back(line.substr(2), outcome);
+        else if (line.starts_with("  ") && !items.empty())
+            items.back().first += line.substr(1);
     }
-    rows.erase("content");
-    rows.erase("---");
-    return rows;
+    return {items.begin(), items.end()};
 }
 
 /// Returns the result for a file: "read", "warned" or "refused". Expects an error with --strict if
@@ -68,7 +74,7 @@ inline std::string outcomeOf(const std::filesystem::path& file, const ReadStatem
     return outcome;
 }
 
-/// Expects every case to have its result, and every row of the format's table to have a case.
+/// Expects every case to have its result, and every item of the lists to have a case.
 inline void expectStatements(const std::string& format, const std::vector<Statement>& statements,
                              const ReadStatement& read) {
     std::map<std::string, std::string> tested;
@@ -82,7 +88,7 @@ inline void expectStatements(const std::string& format, const std::vector<Statem
         EXPECT_EQ(outcomeOf(folder / statement.name, read), statement.becomes);
         tested.emplace(statement.says, statement.becomes);
     }
-    EXPECT_EQ(tested, statementRows(format)) << "formats/README.md, ### " << format;
+    EXPECT_EQ(tested, statementItems(format)) << "formats/README.md, ### " << format;
 }
 
 }  // namespace peeler::test

@@ -6,7 +6,7 @@
 namespace peeler::test {
 namespace {
 
-// The first cells of rows in formats/README.md.
+// Items of lists in formats/README.md.
 constexpr const char* kStlTriangles =
     "triangles, binary or text, in one or several solids; ignored: facet normals, binary header, "
     "layout, capitals, repeated `solid` or `endsolid`";
