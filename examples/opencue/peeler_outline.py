@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Submits an animation to OpenCue: chunks of frames, then a check of all of them.
+"""Submits frames to OpenCue: chunks of them for peeler, then a check of all OpenEXR files.
 
-    python3 peeler_outline.py SCENE OUT.####.exr FRAMES [--chunk N] [-- options of peeler render]
+    python3 peeler_outline.py SCENE OUT.@@@@.####.exr FRAMES [--chunk N] [-- --views 8, more options of peeler render]
+    python3 peeler_outline.py --verb flatten IN.####.exr OUT.####.png FRAMES [-- options of peeler flatten]
 
 Needs PyOutline."""
 
@@ -26,15 +27,15 @@ def job(arguments, options):
     out = os.path.abspath(arguments.out)
     folder, name = os.path.split(out)
     # This shell glob matches every frame number; the rest of the name is quoted.
-    everyone = "*".join(shlex.quote(part) for part in re.split(r"#+|%0?\d*d", name) if part)
+    everyone = "*".join(shlex.quote(part) for part in re.split(r"[#@]+|%0?\d*d", name) if part)
 
-    # One process renders the frames of one chunk (5-9, or 5-13x2).
+    # One process makes the frames of one chunk (5-9, or 5-13x2).
     render = outline.modules.shell.Shell(
-        "render",
+        arguments.verb,
         command=shell_line(
             [
                 arguments.peeler,
-                "render",
+                arguments.verb,
                 os.path.abspath(arguments.scene),
                 "-o",
                 out,
@@ -49,20 +50,23 @@ def job(arguments, options):
         memory=arguments.memory,
         threadable=True,
     )
+    result = outline.Outline(f"peeler_{os.path.splitext(os.path.basename(arguments.scene))[0]}")
+    result.add_layer(render)
+    if not out.endswith(".exr"):
+        return result
     verify = outline.modules.shell.Shell(
         "verify",
         command=shell_line([arguments.peeler, "verify"]) + [f"{shlex.quote(folder)}/{everyone}"],
         range="1",
     )
-    result = outline.Outline(f"peeler_{os.path.splitext(os.path.basename(arguments.scene))[0]}")
-    result.add_layer(render)
     result.add_layer(verify)
     verify.depend_all(render)
     return result
 
 
 def main():
-    parser = argparse.ArgumentParser(epilog="What follows -- goes to peeler render.")
+    parser = argparse.ArgumentParser(epilog="What follows -- goes to the verb.")
+    parser.add_argument("--verb", default="render", help="flatten, convert, merge, view, extract or sheet for files")
     parser.add_argument("scene")
     parser.add_argument("out", metavar="OUT.####.exr")
     parser.add_argument("frames")

@@ -22,12 +22,12 @@ class GnuParallel(PeelerTest):
         self.folder = pathlib.Path(scratch.name)
         self.frames = self.folder / "it's the folder"  # a name that an unquoted shell word would split
 
-    def run_script(self, **environment):
-        """Runs 6 chunks of 3 frames, 2 chunks at a time. Returns the finished process, and {chunk: its exit codes in
-        the job log}."""
+    def run_script(self, *arguments, **environment):
+        """Runs 6 chunks, 2 at a time: of 18 frames, or with other arguments. Returns the finished process, and {chunk:
+        its exit codes in the job log}."""
         script = EXAMPLES / "gnu-parallel" / "frames.sh"
-        out = self.frames / "walk.####.exr"
-        command = ["sh", script, 6, 2, animated_scene(), "-o", out, *FRAMES, "--quiet"]
+        arguments = arguments or (animated_scene(), "-o", self.frames / "walk.####.exr", *FRAMES)
+        command = ["sh", script, 6, 2, *arguments, "--quiet"]
         home = str(self.folder)
         done = subprocess.run(
             [str(word) for word in command],
@@ -73,6 +73,11 @@ class GnuParallel(PeelerTest):
         done, _ = self.run_script()
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual((self.folder / "peeler.joblog").read_bytes(), before)
+
+        (self.folder / "peeler.joblog").unlink()
+        done, _ = self.run_script("flatten", self.frames / "walk.####.exr", "-o", self.frames / "flat.####.png")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(len(list(self.frames.glob("flat.*.png"))), 18)
 
 
 if __name__ == "__main__":

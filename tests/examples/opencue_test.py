@@ -158,6 +158,14 @@ class OpenCue(PeelerTest):
         )
         self.assertEqual(fingerprints(frames), fingerprints(self.folder / "whole"))
 
+        pictures = self.folder / "walk.####.png"
+        files = frames / "my walk.####.exr"
+        job = submitted("--verb", "flatten", files, pictures, "3-9x2", "--chunk", "2", "--peeler", PEELER)
+        self.assertEqual([layer.name for layer in job.layers], ["flatten"])
+        for line in command_lines(job):
+            subprocess.run(["sh", "-c", line], cwd="/", check=True, capture_output=True)
+        self.assertEqual(len(list(self.folder.glob("walk.*.png"))), 4)
+
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -83,7 +83,7 @@ class OpenJD(PeelerTest):
             "Name": "a walk",
             "Frames": "-2-26:2",
             "FramesPerChunk": "4",
-            "Size": "160x120",
+            "Options": "--size 160x120",
         }
         numbers = range(-2, 27, 2)
         self.assertEqual(self.run_job(**values), [0] * 5, self.lines)
@@ -122,6 +122,16 @@ class OpenJD(PeelerTest):
         self.assertEqual(self.run_job(**values), [0] * 5, self.lines)
         after = {file: os.stat(file).st_mtime_ns for file in (self.folder / "the frames").iterdir()}
         self.assertEqual(after, before)
+
+    def test_other_verbs_and_views(self):
+        views = {"Scene": str(animated_scene()), "OutputFolder": "files", "Name": "walk.@@", "Frames": "1-2"}
+        (self.folder / "files").mkdir()
+        self.assertEqual(self.run_job(**views, Options="--size 32x24 --views 2"), [0] * 2, self.lines)
+        flat = {"Verb": "flatten", "Extension": "png", "FramesPerChunk": "1", "Options": ""}
+        views["Scene"] = str(self.folder / "files" / "walk.@@.####.exr")
+        self.assertEqual(self.run_job(**{**views, **flat}), [0] * 3, self.lines)
+        names = sorted(file.name for file in (self.folder / "files").glob("*.png"))
+        self.assertEqual(names, [f"walk.{view:02}.{frame:04}.png" for view in (0, 1) for frame in (1, 2)])
 
     def test_failure(self):
         self.assertEqual(
