@@ -50,7 +50,7 @@ struct BakeCommand : CaptureJobOptions {
 constexpr int kTextureBits = 8;
 constexpr const char* kSoftware = "peeler " PEELER_VERSION;
 
-/// A run of the verb; run() lists its stages.
+/// A run of `peeler bake`. run() calls its stages in order.
 class Bake {
   public:
     Bake(const BakeCommand& options, Session& session)
@@ -106,8 +106,8 @@ class Bake {
     const OpenedScene* scene_ = nullptr;  ///< owned by job_
     std::optional<PosedScene> posed_;
     std::optional<VertexReceivers> vertices_;
-    std::optional<TexelReceivers> texels_;  ///< if the target is texels
-    std::vector<fs::path> outputs_;         ///< one file, or a .png for each texture
+    std::optional<TexelReceivers> texels_;  ///< set only if the target is texels
+    std::vector<fs::path> outputs_;         ///< one file, or one .png per texture
     Forecast forecast_;
     HitSource* source_ = nullptr;
     BakeSettings settings_;
@@ -319,7 +319,7 @@ void Bake::gather() {
         job_.times()["bake"] -= milliseconds;
     add(job_.times(), captures);
     job_.releaseHits();
-    returnFreeMemory();  // makes room for the output
+    returnFreeMemory();  // frees memory for writing the output
 }
 
 void Bake::write() {

@@ -87,8 +87,9 @@ class Batch {
     std::vector<std::optional<Json>> results_;  ///< one per job
     std::size_t printed_ = 0, done_ = 0, next_ = 0;
     int worst_ = 0;
-    int threads_ = 0;           ///< for each job without --threads; 0 = the job's default
-    std::uint64_t memory_ = 0;  ///< bytes, for each job without --memory
+    int threads_ = 0;  ///< threads for each job without --threads; 0 = the verb's default
+    /// Memory limit for each job without --memory, bytes; 0 = the verb's default.
+    std::uint64_t memory_ = 0;
     std::optional<SignalFile> signals_;
     std::list<Running> running_;
     std::optional<ProgressReport> progress_;
@@ -255,7 +256,7 @@ void Batch::runJobs() {
     std::vector<Json> lines;
     for (const auto& result : results_)
         if (result) lines.push_back(*result);
-    // printInOrder() stops at the first job that --fail-fast skipped.
+    // Prints the rest: printInOrder() has stopped at the first job that --fail-fast skipped.
     for (std::size_t i = printed_; i < results_.size(); ++i)
         if (results_[i]) reporter_.text(lineText(*results_[i]));
     if (report_) report_->finish(lines);

@@ -35,7 +35,7 @@ struct CheckOptions : CaptureJobOptions {
     CameraOptions camera;
     bool together = false;
     double unit = 1;                   ///< metres per scene unit
-    std::optional<double> least_wall;  ///< millimetres
+    std::optional<double> least_wall;  ///< required wall thickness, millimetres
 
     bool writesPicture() const { return !output.path.empty(); }
 };
@@ -75,7 +75,7 @@ CompositeImage withLegend(const CompositeImage& picture, const std::vector<Legen
     return both;
 }
 
-/// A run of the verb; run() lists its stages.
+/// A run of `peeler check`. run() calls its stages in order.
 class Check {
   public:
     Check(const CheckOptions& options, Session& session)

@@ -55,17 +55,17 @@ struct CompareOptions {
 /// One of the two compared files: a layered or flat picture, read in bands.
 class ComparedImage {
   public:
-    /// Throws Error (kInput) if the file is not an image.
+    /// Opens the file. Throws Error (kInput) if it is not an image.
     ComparedImage(const std::string& path, const LayeredReadOptions& reading, Reporter& reporter);
 
     const std::string& path() const { return path_; }
     bool layered() const { return layered_; }
     std::size_t layers() const { return layered_ ? reader_->info().plan.layers.size() : 0; }
-    Window picture() const;  ///< the display window
+    Window picture() const;  ///< returns the display window
     /// Returns the rendered pixels: the camera's crop if the file has a camera, else the whole
     /// picture.
     Window pixels() const;
-    Window stored() const;  ///< the stored pixels, a part of pixels()
+    Window stored() const;  ///< returns the window of the stored pixels, which lies inside pixels()
     /// Whether the file has a camera, whose crop is the rendered part.
     bool isCrop() const { return reader_ && reader_->info().plan.view.known; }
     /// Whether the file format (OpenEXR) stores the position of the pixels in the display window.
@@ -85,7 +85,7 @@ class ComparedImage {
 
   private:
     std::string path_;
-    std::unique_ptr<LayeredInput> reader_;  ///< for OpenEXR images
+    std::unique_ptr<LayeredInput> reader_;  ///< set only for OpenEXR images
     bool layered_ = false;
     FlatImage flat_;
     Window window_;
@@ -205,7 +205,7 @@ void chooseWindows(ComparedImage& a, ComparedImage& b) {
         a, b, "they hold " + comparedSizeText(a.stored()) + " and " + comparedSizeText(b.stored()));
 }
 
-/// A run of the verb; run() lists its stages.
+/// A run of `peeler compare`. run() calls its stages in order.
 class Compare {
   public:
     Compare(const CompareOptions& options, Reporter& reporter)
@@ -230,7 +230,7 @@ class Compare {
     Reporter& reporter_;
     std::unique_ptr<ComparedImage> a_, b_;
     Comparison comparison_;
-    std::vector<float> differences_;  ///< per pixel; empty if no heat map is requested
+    std::vector<float> differences_;  ///< colour differences per pixel; empty without a heat map
     std::optional<HeatmapResult> heatmap_;
 };
 

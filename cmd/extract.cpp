@@ -52,7 +52,7 @@ struct Product {
     std::function<std::uint64_t(const LayeredImage&)> fragment_bytes;
 };
 
-/// A run of the verb; run() lists its stages.
+/// A run of `peeler extract`. run() calls its stages in order.
 class Extract {
   public:
     Extract(const ExtractOptions& options, Reporter& reporter)
@@ -113,12 +113,13 @@ class Extract {
     std::vector<Product> products_;
     /// A sink in products_, or null if counts are not requested.
     CountMap* counts_ = nullptr;
-    LayeredImage sample_;  ///< the picture's first row, for the types of its channels
+    LayeredImage sample_;  ///< the picture's first row, which has the types of all channels
     std::uint64_t band_bytes_ = 0;
-    bool counted_ = false;  ///< whether the plans' counts are exact
+    bool counted_ = false;  ///< whether the counts in the plans are exact
     Forecast forecast_;
-    std::optional<DepthComplexity> complexity_;  ///< set after counting
-    std::uint64_t resident_ = 0, peak_ = 0;      ///< bytes, before the extraction
+    std::optional<DepthComplexity> complexity_;  ///< set by count()
+    /// Resident bytes and their peak before the extraction.
+    std::uint64_t resident_ = 0, peak_ = 0;
     std::uint64_t fragments_ = 0;
     RunResult result_;
 };
@@ -385,7 +386,7 @@ void Extract::extract() {
         if (layers_) layers_->begin(whole_);
         forEachBand("extract", [&](LayeredImage& band) {
             if (counts && first) complexity_->addBand(band);
-            if (isOneBand()) returnFreeMemory();  // makes room for writing
+            if (isOneBand()) returnFreeMemory();  // frees memory for writing
             if (layers_) layers_->write(band);
             if (!first || products_.empty()) return;
             if (!findChannel(band, "layer")) addLayerIndices(band);

@@ -66,7 +66,8 @@ void installSignalActions() {
 /// allocate in noexcept code, and streams would silently drop data.
 void takeFailedAllocation() {
     constexpr std::size_t kRoom = std::size_t{64} << 10U;
-    void* const volatile room = std::malloc(kRoom);  // volatile: not optimised away
+    // `volatile` keeps the compiler from removing the allocation.
+    void* const volatile room = std::malloc(kRoom);
     if (!room) endWithoutMemory();
     std::free(room);
     throw std::bad_alloc();

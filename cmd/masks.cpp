@@ -115,7 +115,7 @@ class Masks {
     CaptureSettings capture_;
     const OpenedScene* scene_ = nullptr;        ///< owned by job_
     std::vector<View> seen_;                    ///< cameras of all views
-    std::map<std::size_t, ViewHashes> hashes_;  ///< of the requested views
+    std::map<std::size_t, ViewHashes> hashes_;  ///< hashes of the requested views, by view index
     SceneObjects objects_;
     std::optional<MaskFolder> folder_;
     std::optional<ProgressReport> progress_;

@@ -34,7 +34,7 @@ struct MergeOptions : LayeredRunOptions {
     bool allow_gaps = false;
 };
 
-/// A run of the verb; run() lists its stages.
+/// A run of `peeler merge`. run() calls its stages in order.
 class Merge {
   public:
     Merge(const MergeOptions& options, Reporter& reporter)

@@ -22,7 +22,8 @@ extern "C" [[gnu::visibility("default")]] int pthread_mutex_destroy(
     using Function = int (*)(pthread_mutex_t*);
     static const auto destroy =
         reinterpret_cast<Function>(dlsym(RTLD_NEXT, "pthread_mutex_destroy"));
-    // The time limit is for mutexes that stay locked, by the caller or by a thread that has ended.
+    // The lock has a time limit, because the caller or a thread that has ended may still hold the
+    // mutex.
     timespec latest{};
     clock_gettime(CLOCK_REALTIME, &latest);
     ++latest.tv_sec;

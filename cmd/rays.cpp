@@ -27,7 +27,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A run of the verb.
+/// A run of `peeler rays`.
 class Rays {
   public:
     Rays(const RaysOptions& options, Session& session)
@@ -164,7 +164,7 @@ int Rays::makeAll() {
 
 int Rays::makeViewFiles() {
     int code = 0;
-    job_.chooseEngine();  // hashes include the engine
+    job_.chooseEngine();  // the hashes depend on the engine
     try {
         makeEachView(
             first_, end_, options_.sequence, results_,

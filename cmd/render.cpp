@@ -118,12 +118,13 @@ class Render {
     Reporter& reporter_;
     CaptureJob job_;
     RenderRequest request_;
-    std::optional<float> exposure_;   // metered before the first picture
+    // Automatic exposure in stops, metered before the first picture.
+    std::optional<float> exposure_;
     bool noted_ = false;              // whether the note about the display transform was printed
     std::optional<Picture> pending_;  // the previous picture, perhaps still being written
     SequenceResults results_;
     std::optional<ProgressReport> progress_;
-    std::optional<UsedCameras> cameras_;  ///< for --cameras-out
+    std::optional<UsedCameras> cameras_;  ///< cameras written by --cameras-out
     bool size_told_ = false;              ///< whether the file size forecast was reported
     std::uint64_t memory_forecast_ = 0;   ///< bytes
 };
@@ -135,7 +136,7 @@ void Render::renderAll() {
             render(i);
     } catch (...) {
         const Error error = currentError();
-        endPending(true);  // the previous picture has not failed
+        endPending(true);  // the failure of this picture does not affect the previous one
         throw error;
     }
     endPending();
@@ -146,7 +147,8 @@ void Render::renderAll() {
 void Render::render(std::size_t index) {
     Picture picture;
     picture.start = index == 0 ? job_.start() : Clock::now();
-    if (index == 0) picture.result.milliseconds = job_.takeTimes();  // includes opening the scene
+    // Includes the time for opening the scene.
+    if (index == 0) picture.result.milliseconds = job_.takeTimes();
     try {
         if (!make(picture, index)) return;
     } catch (...) {
@@ -190,7 +192,7 @@ bool Render::make(Picture& picture, std::size_t index) {
         if (error.kind() != ErrorKind::kDevice || !job_.hasContext()) throw;
         reporter_.warning(error.whatText() + "; trying once more.");
     }
-    // A lost context loses all its objects.
+    // All GL objects of a lost context are lost.
     picture.writer.reset();
     job_.closeContext();
     pose(picture, index);
@@ -278,7 +280,7 @@ void Render::meterExposure(const PictureRequest& asked) {
 
 void Render::plan(Picture& picture) {
     const CaptureSettings& capture = picture.asked.capture;
-    // Two pictures at a time need plenty of memory.
+    // Finishes the previous picture first if more than a quarter of the budget is already in use.
     if (pending_ && capture.memory != 0 && usedBytes(capture.memory) > capture.memory / 4)
         endPending();
     picture.plan = job_.renderer()->plan(picture.asked.view, capture, progressOf(picture));
@@ -340,7 +342,7 @@ void Render::reportSize(Picture& picture, const OutputOptions& output) {
 /// Returns the progress callback for a capture. The last hundredth of a picture's progress is left
 /// for writing.
 Progress Render::progressOf(const Picture& picture) {
-    if (!progress_) return {};  // in a dry run
+    if (!progress_) return {};  // a dry run shows no progress
     const auto index = static_cast<double>(picture.asked.index);
     return [this, index](double share) {
         progress_->update((index + 0.99 * share) / static_cast<double>(request_.pictures()));

@@ -52,9 +52,9 @@ constexpr Choice<SheetMethods> kMethodChoices[] = {
 struct SheetOptions {
     SheetRequest request;
     std::optional<int> shadow_size;
-    int columns = 0;  ///< 0 = chosen for a nearly square page
+    int columns = 0;  ///< number of columns; 0 = chosen for a nearly square page
     OutputRequest output;
-    std::set<std::string> given;  ///< options on the command line that apply only to scenes
+    std::set<std::string> given;  ///< given options that apply only to scenes
 };
 
 constexpr const char* kOutputHelp = "the file to write: .png, .jpg, .jpeg, .tif, .tiff";
@@ -205,7 +205,8 @@ void Sheets::ofView(SceneSheet& sheet, const OpenedScene& scene, std::size_t vie
     }
     if (options_.output.no_clobber) checkNotThere(path);
     SheetContent content = sheet.make(view);
-    writeSheet(content, path, views_.asked() ? hash : "");  // no hash without --views
+    // Without --views, the file gets no hash.
+    writeSheet(content, path, views_.asked() ? hash : "");
     report(content, view);
 }
 
@@ -251,7 +252,7 @@ void Sheets::writeSheet(SheetContent& content, const fs::path& path,
     content.result.width = page.window.width();
     content.result.height = page.window.height();
     const StageTimer timer(content.result.milliseconds, "encode");
-    OutputOptions output;  // exposure and tone map are already applied
+    OutputOptions output;  // has no exposure and tone map, which are already applied
     output.provenance.version = PEELER_VERSION;
     output.provenance.output_hash = hash;
     writePicture(path.string(), page, output);

@@ -57,7 +57,7 @@ void checkSettings(std::vector<VerifiedFile>& files) {
 /// Returns the frames missing between the first and the last. The step is the largest that fits all
 /// frames.
 std::vector<int> missingFrames(const std::vector<VerifiedFile>& files) {
-    constexpr std::int64_t kMost = 1000000;  // as for --frames
+    constexpr std::int64_t kMost = 1000000;  // like kMaxFrames, the limit of --frames
     std::set<std::int64_t> frames;
     for (const VerifiedFile& file : files) {
         if (isOurs(file)) frames.insert(file.provenance.frame);

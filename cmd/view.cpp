@@ -60,8 +60,9 @@ struct ViewCameraOptions {
 struct ViewOptions : LayeredRunOptions {
     fs::path input;
     ObjectOptions objects;
-    std::uint32_t max_layers = 0;                ///< layers to use, nearest first; 0 = all
-    std::optional<std::uint64_t> max_fragments;  ///< page only; 0 = no limit, none = the default
+    std::uint32_t max_layers = 0;  ///< layers to use, nearest first; 0 = all
+    /// Limit for a page; 0 = no limit, none = the default.
+    std::optional<std::uint64_t> max_fragments;
     ViewCameraOptions camera;
 };
 
@@ -276,7 +277,7 @@ void view(const ViewOptions& options, Reporter& reporter) {
     const std::string path = run.output.path.string();
     Provenance provenance = info.provenance;
     provenance.method = kMethod;
-    provenance.settings_hash.clear();  // the settings describe the input
+    provenance.settings_hash.clear();  // these settings are those of the input, not of the new view
     provenance.settings.clear();
     OutputOptions output = run.outputOptions(provenance);
     if (page && options.max_layers == 0) {

@@ -1,6 +1,6 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# Installs the Debian packages peeler needs, if any is missing (the names are the same on 12 and 13).
+# Installs the Debian packages that peeler needs, if any is missing (for Debian 12 and 13).
 #   sh examples/install_dependencies.sh [build] [test] [datasets] [packages] [coverage] [mutations] [fuzz] [bench]
 set -eu
 

@@ -107,7 +107,7 @@ JOBS = """
   extract glasses.glb a --size 1280x720 --as deep : --npz {}.npz --points {}.ply
 """
 
-# Memory limits in MB.
+# The memory limits of the runs, in MB.
 LIMITS = (300, 600, 1000) if ALL else (300, 600)
 LIMITED = """
 * render coincident.glb a.exr --size 320x180

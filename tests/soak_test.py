@@ -213,7 +213,7 @@ class Soak(unittest.TestCase):
             print("left out: the memory of a batch, which is the sanitizer's")
         else:
             self.assertLess(kept, MOST_OF_JOB + MOST_GROWTH / JOBS)
-        # A leak would be visible in every later round.
+        # A leak of descriptors would show in every later round.
         first, last = states[: JOBS // 3], states[-(JOBS // 3) :]
         self.assertLessEqual(min(s.descriptors for s in last), max(s.descriptors for s in first))
 

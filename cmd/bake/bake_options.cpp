@@ -33,7 +33,8 @@ constexpr Choice<BakeFile> kFiles[] = {
 
 constexpr int kMostDirections = 1 << 20;
 constexpr int kMostResolution = 16384;
-constexpr int kMostTexels = 8192;  // per side; more receivers would take several GiB
+// Texels per side; the receivers of a larger texture would take several GiB.
+constexpr int kMostTexels = 8192;
 
 int evenNumber(const std::string& text) {
     const auto number = parseInteger(text, 2, kMostDirections);
@@ -184,7 +185,7 @@ nlohmann::json bakeSettings(const BakeOptions& options) {
                         {"target", targetName(options.chosenTarget())},
                         {"directions", settings.directions},
                         {"resolution", settings.resolution},
-                        {"maxDistance", settings.max_distance}};  // null if infinite
+                        {"maxDistance", settings.max_distance}};  // JSON null if infinite
     if (settings.quantity == BakeQuantity::kIrradiance)
         json["bounces"] = options.bounces.value_or(settings.bounces);
     if (options.values_alone) json["valuesAlone"] = true;

@@ -43,9 +43,9 @@ struct BakeOptions {
     std::filesystem::path output;
     bool no_clobber = false, no_mkdir = false;
     bool dry_run = false;
-    bool values_alone = false;  ///< a .glb in which viewers show only the values
+    bool values_alone = false;  ///< write a .glb in which viewers show only the values
     BakeSettings settings;
-    std::optional<BakeTarget> target;  ///< none = texture for .exr and .png
+    std::optional<BakeTarget> target;  ///< none = kTexture for .exr and .png, else kVertices
     /// The UV set, texels per side, padding in texels, and light bounces; none = the default.
     std::optional<int> uv_set, size, padding, bounces;
     Faces faces = Faces::kBoth;

@@ -66,12 +66,13 @@ std::vector<BakedPrimitive> bakedPrimitives(const PosedScene& posed,
                                             const ShownValues& shown) {
     const std::size_t components = componentsOf(quantity);
     struct Shows {
-        std::size_t baked;  // index into the result
+        std::size_t baked;  // index into `result`
         std::size_t instances;
     };
-    std::map<std::pair<int, std::size_t>, Shows> places;  // by node and primitive
+    std::map<std::pair<int, std::size_t>, Shows> places;  // keys: node and primitive
     std::vector<BakedPrimitive> result;
-    std::vector<const std::vector<glm::vec4>*> colors;  // the original colours of each result entry
+    // Original colours of each entry in `result`.
+    std::vector<const std::vector<glm::vec4>*> colors;
     for (const VertexRange& range : vertices.ranges()) {
         if (range.count == 0) continue;
         const MeshInstance& instance = posed.meshes()[range.instance];

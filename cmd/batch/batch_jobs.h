@@ -22,7 +22,7 @@ namespace peeler::cmd {
 /// job in the results. Other keys are errors.
 struct Job {
     std::size_t line = 0;  ///< line number in the job file, from 1
-    std::string id;        ///< "" = none
+    std::string id;        ///< id of the job; "" = none
     std::string verb;
     std::vector<std::string> arguments;  ///< arguments of the verb
     /// The hash of the line without its id, in hexadecimal digits. Does not depend on the order of

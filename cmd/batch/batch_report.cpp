@@ -107,7 +107,7 @@ std::vector<Json> readBatchReport(const fs::path& path, std::size_t* whole) {
         }
         lines.push_back(std::move(line));
     }
-    // Only a truncated result begins like this.
+    // A truncated result also begins with {"job":. Any other text is not a result.
     if (at < text.size() && lines.empty() && !text.starts_with("{\"job\":")) {
         throw Error(ErrorKind::kUsage, "this file contains no batch results",
                     "--report " + path.string(), "choose another name for the report");

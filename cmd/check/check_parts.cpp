@@ -114,7 +114,7 @@ class PartChecker {
 
     void addWall() {
         const std::optional<Wall>& wall = report_.wall();
-        // kWallTolerance is the relative error of the thickness.
+        // kWallTolerance is the relative error of the measured thickness.
         if (wall && wall->thickness < *least_wall_ * (1 - kWallTolerance))
             add(PartProblem::kThinWall, 1, {wall->from});
         else if (!report_.found_wall.certain)

@@ -11,9 +11,9 @@
 namespace peeler::cmd {
 
 struct CheckSettings {
-    bool together = false;             ///< weld all parts into one
+    bool together = false;             ///< whether to weld all parts into one
     double metres = 1;                 ///< metres per scene unit
-    std::optional<double> least_wall;  ///< scene units
+    std::optional<double> least_wall;  ///< required wall thickness, scene units
 };
 
 /// Checks the visible parts of a scene. Calls `progress` with the share of work done.

@@ -35,26 +35,26 @@ enum class PartProblem : std::uint8_t {
     kUncertainWall,
 };
 
-/// A fault, its count and its places.
+/// A kind of fault, the number of faults and their places.
 struct FoundProblem {
     PartProblem kind = PartProblem::kEmpty;
     std::uint64_t count = 0;
-    std::vector<glm::dvec3> places{};  ///< world space; only the first few
+    std::vector<glm::dvec3> places{};  ///< world-space positions of the first few faults
     bool more = false;                 ///< whether `count` is only a lower bound
 };
 
 /// The findings for a part, or for all parts joined.
 struct PartReport {
     std::string name;            ///< name of the part's node
-    int node = -1;               ///< index; −1 = all parts joined
+    int node = -1;               ///< index of the node; −1 = all parts joined
     std::uint32_t instance = 0;  ///< index among the node's instances
-    PartMesh mesh;               ///< as in the scene
-    PartMesh turned;             ///< with triangles oriented outwards
+    PartMesh mesh;               ///< the part's triangles as in the scene
+    PartMesh turned;             ///< `mesh` with all triangles oriented outwards
     PartTopology topology;
     std::vector<ShellSide> sides;
     Crossings crossings;
     double area = 0;
-    std::optional<double> volume, union_volume;  ///< closed parts only; cubic scene units
+    std::optional<double> volume, union_volume;  ///< only for closed parts; cubic scene units
     FoundWall found_wall;
     bool wall_crossed = false;    ///< whether a surface crosses a face of the wall
     std::vector<PartEdge> sharp;  ///< edges with an angle below kWallAngle
@@ -77,11 +77,11 @@ struct PartOverlap {
 struct CheckReport {
     std::vector<PartReport> parts;
     double metres = 1;                 ///< metres per scene unit
-    std::optional<double> least_wall;  ///< required thickness, scene units
-    /// Overlaps between parts.
+    std::optional<double> least_wall;  ///< required wall thickness, scene units
     std::vector<PartOverlap> overlaps;
-    bool more = false;                           ///< whether `overlaps` is incomplete
-    std::optional<double> volume, union_volume;  ///< if all parts are closed
+    bool more = false;  ///< whether `overlaps` is incomplete
+    /// Set only if all parts are closed; cubic scene units.
+    std::optional<double> volume, union_volume;
     Bounds bounds;
 
     std::size_t faulty() const;

@@ -70,7 +70,7 @@ class PlacesScene {
     Scene finish() {
         auto& primitives = scene_.meshes[0].primitives;
         std::erase_if(primitives, [](const Primitive& p) { return p.positions.empty(); });
-        scene_.materials.emplace_back();  // the last is glTF's default material
+        scene_.materials.emplace_back();  // Scene requires glTF's default material as the last
         return std::move(scene_);
     }
 
@@ -127,7 +127,7 @@ void addPart(PlacesScene& scene, const PartReport& part, double ball) {
         if (!crossing.contains(t) && !std::ranges::binary_search(part.topology.turned, t))
             addTriangle(body, mesh, t);
     for (const FoundProblem& problem : part.problems) {
-        if (problem.kind == PartProblem::kThinWall) continue;  // marked by placesScene()
+        if (problem.kind == PartProblem::kThinWall) continue;  // placesScene() marks thin walls
         Primitive& balls = scene.add(markOf(problem.kind).color, 1, Topology::kTriangles);
         for (const glm::dvec3& place : problem.places)
             addBall(balls, place, ball);

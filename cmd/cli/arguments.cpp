@@ -189,7 +189,7 @@ Option VerbOptions::described(CLI::Option& option, const std::string& help) cons
 
 Option VerbOptions::addText(const std::string& name, const std::string& value_name,
                             const Take& take, const std::string& help) {
-    // Messages show "-o,--output" as --output, and "SCENE" unchanged.
+    // In messages, "-o,--output" becomes "--output"; "SCENE" stays unchanged.
     const std::size_t long_name = name.find("--");
     const std::string shown = long_name == std::string::npos ? name : name.substr(long_name);
     const Take assign = [take, shown, verb = *this](const std::string& text) {
@@ -201,7 +201,8 @@ Option VerbOptions::addText(const std::string& name, const std::string& value_na
         }
     };
     return described(*app_->add_option_function<std::string>(name, assign)
-                          ->option_text(value_name.empty() ? " " : value_name)  // "" = CLI11's text
+                          // With "", CLI11 would print its own text.
+                          ->option_text(value_name.empty() ? " " : value_name)
                           ->take_last(),
                      help);
 }
@@ -318,7 +319,7 @@ ArgumentParser::~ArgumentParser() = default;
 VerbOptions ArgumentParser::addVerb(const std::string& name, const VerbHelp& help) {
     CLI::App* verb = app_->add_subcommand(name, std::string(help.summary));
     verb->group(std::string(help.purpose));
-    verb->footer("");  // without a footer, CLI11 uses the program's
+    verb->footer("");  // without this, CLI11 prints the program's footer for the verb
     helps_[name] = help;
     return {*verb, descriptions_};
 }

@@ -34,9 +34,9 @@ struct OptionDescription {
     std::vector<std::string> names;  ///< "-o", "--output"; empty for positional arguments
     std::string value_name;          ///< also the name of a positional argument; "" for a flag
     std::string group;
-    std::string help;  ///< not wrapped; without the choices
+    std::string help;  ///< help text, not wrapped, without the choices
     std::vector<ChoiceDescription> choices;
-    bool takes_list = false;  ///< accepts several choices, separated by commas
+    bool takes_list = false;  ///< whether the option accepts several choices, separated by commas
     bool required = false;
     bool repeated = false;
     bool is_file = false;
@@ -46,7 +46,7 @@ struct OptionDescription {
 /// The description of a verb or of the program.
 struct CommandDescription {
     std::string name, summary, examples;
-    std::string footer;  ///< already wrapped
+    std::string footer;  ///< text at the end of the help, already wrapped
     std::vector<OptionDescription> options;
     std::vector<CommandDescription> verbs;
 };
@@ -86,7 +86,7 @@ class Option {
     /// .glb"); "" = any.
     Option files(const std::string& endings);
 
-    std::string name() const;  ///< "--output" for "-o,--output"
+    std::string name() const;  ///< returns "--output" for "-o,--output"
     std::string group() const;
 
   private:
@@ -96,8 +96,8 @@ class Option {
 
 /// An option or positional argument as given, with one of its texts.
 struct GivenOption {
-    std::string name;  ///< "--output"
-    std::string text;  ///< "true" for a flag
+    std::string name;  ///< name on the command line: "--output"
+    std::string text;  ///< value as given; "true" for a flag
     std::string group;
     bool is_file = false;
 };
@@ -152,7 +152,7 @@ class VerbOptions {
     std::vector<GivenOption> givenTexts() const;
     /// Returns the texts of the positional arguments.
     std::vector<std::string> positionals() const;
-    std::string verb() const;  ///< the verb's name
+    std::string verb() const;
 
   private:
     Option described(CLI::Option& option, const std::string& help) const;
@@ -200,8 +200,9 @@ struct VerbHelp {
     std::string_view summary;
     /// The heading under which the program's help lists the verb.
     std::string_view purpose = "Verbs";
-    std::string_view examples{};  ///< one command per line
-    std::string_view common{};    ///< options in the short help: "output size"; empty = all
+    std::string_view examples{};  ///< example commands, one per line
+    /// Options in the short help, separated by spaces: "output size"; empty = all.
+    std::string_view common{};
 };
 
 /// The action that the arguments request.
@@ -240,7 +241,7 @@ class ArgumentParser {
     CommandDescription describe(const CLI::App& app) const;
 
     std::unique_ptr<CLI::App> app_;
-    std::map<std::string, VerbHelp> helps_;  ///< by verb; "" = the program
+    std::map<std::string, VerbHelp> helps_;  ///< help texts by verb name; "" = the program
     bool help_of_all_ = false;
     VerbOptions::Descriptions descriptions_;
 };

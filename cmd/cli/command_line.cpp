@@ -11,7 +11,7 @@
 #include "cmd/cli/errors.h"
 
 #ifndef PEELER_COMMIT
-#define PEELER_COMMIT ""  // not built from a git clone
+#define PEELER_COMMIT ""  // empty outside a git clone
 #endif
 
 namespace peeler::cmd {
@@ -108,7 +108,7 @@ bool schedulerReads(const std::vector<std::string>& arguments) {
 
 CommandDescription describeCommandLine() {
     ArgumentParser parser(programHelp(), programFooter());
-    std::vector<VerbAction> actions;  // own the options' storage
+    std::vector<VerbAction> actions;  // the actions own the options' storage
     for (const Verb& verb : verbs()) {
         VerbOptions options = addTo(parser, verb);
         actions.push_back(verb.declare(options));
@@ -117,7 +117,7 @@ CommandDescription describeCommandLine() {
 }
 
 int runCommandLine(const std::vector<std::string>& arguments, Console& console) {
-    // Open Job Description, "How Jobs Are Run".
+    // Errors for schedulers begin with this prefix (Open Job Description, "How Jobs Are Run").
     if (schedulerReads(arguments)) console.setFailurePrefix("openjd_fail: ");
     return runReported(console, [&] { return dispatch(arguments, console); });
 }

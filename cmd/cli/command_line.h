@@ -22,7 +22,7 @@ using VerbAction = std::function<int(Session&)>;
 struct Verb {
     std::string_view name;
     std::string_view purpose;  ///< heading above the verb in `peeler --help`
-    std::string_view summary;  ///< one line for --help
+    std::string_view summary;  ///< one-line summary for --help
     /// Three example commands for --help, one per line.
     std::string_view examples;
     /// The options that the short help lists, separated by spaces: "output size"; empty = all.

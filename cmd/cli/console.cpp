@@ -80,7 +80,7 @@ void Console::message(Severity severity, const Text& said) {
     if (!shows(severity)) return;
     const std::string text = inOptions(said);
     clearBar();
-    // The colours are SGR parameters (ECMA-48, 8.3.117).
+    // The last argument of line() is a colour as SGR parameters (ECMA-48, 8.3.117).
     if (severity == Severity::kHint) return sayHint(text);
     if (severity == Severity::kError)
         say(line("error: ", text, "1;31"));

@@ -56,7 +56,7 @@ std::string takeString(const nlohmann::json& value, const std::string& key) {
     return argumentText(value, key);
 }
 
-// Each of these functions reads the value of one key.
+// Each function of this form reads the value of one key.
 void takeArguments(const nlohmann::json& value, JobLine& job) {
     if (!value.is_array()) refuseLine("expected an array of strings", "args");
     for (const nlohmann::json& argument : value)

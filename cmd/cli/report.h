@@ -42,7 +42,7 @@ ReportOptions givenReportOptions(const VerbOptions& verb);
 struct WrittenFile {
     std::filesystem::path path;
     std::uint64_t bytes = 0;
-    std::string kind{};  ///< for verbs that write several kinds of files
+    std::string kind{};  ///< kind of the file, for verbs that write several kinds
 };
 
 /// The result of a run, common to all verbs that read and write files.
@@ -50,22 +50,22 @@ struct RunResult {
     std::vector<std::filesystem::path> inputs{};  ///< the scene, or the images
     /// The requested output name; "" = nothing was written, or the files have several names.
     std::filesystem::path output{};
-    std::uint64_t bytes = 0;  ///< total size of all files written under that name
+    std::uint64_t bytes = 0;  ///< total size of all files written under the name `output`
     /// The forecast of the file size in bytes; none if the verb makes no forecast.
     std::optional<std::uint64_t> forecast_bytes{};
     /// The forecast of the maximum resident bytes; none if the verb makes no forecast.
     std::optional<std::uint64_t> forecast_memory{};
-    /// The written files, for verbs that may write several.
+    /// The written files, for verbs that may write several files.
     std::optional<std::vector<WrittenFile>> files{};
     /// The scene's format, up axis and unit. Set only for formats that do not specify axis and
     /// unit.
     std::string format{}, up{};
     double metres_per_unit = 1;
     std::string engine{};         ///< the engine that found the hits; "" = no rays were traced
-    std::string settings_hash{};  ///< peeler:settingsHash; "" = unknown
+    std::string settings_hash{};  ///< the attribute peeler:settingsHash; "" = unknown
     /// GL_RENDERER; copied from the input if the verb does not render; "" = no GL was used.
     std::string renderer{};
-    std::string backend{};          ///< "" = no GL rendering
+    std::string backend{};          ///< GL backend; "" = no GL rendering
     std::uint64_t peak_memory = 0;  ///< bytes
     StageTimes milliseconds{};
 
@@ -90,19 +90,20 @@ struct DisplayedAs {
 struct PictureResult : RunResult {
     std::string sample{};                     ///< key of the sample if `output` is a shard
     std::optional<int> frame;                 ///< number of the frame, in a sequence
-    double time = 0;                          ///< seconds; time of the frame
+    double time = 0;                          ///< time of the frame, seconds
     std::optional<int> view{};                ///< index of the view, if there are several
     std::string camera{};                     ///< name of the camera
     std::optional<Normalizing> normalized{};  ///< the transform that --normalize applied
-    bool skipped = false;                     ///< the file existed; only its `bytes` are known
-    int width = 0, height = 0;                ///< display window
+    bool skipped = false;       ///< whether the file already existed; then only `bytes` is known
+    int width = 0, height = 0;  ///< size of the display window, pixels
     std::uint64_t layers = 0;
     std::uint64_t fragments_counted = 0, fragments_stored = 0;
-    std::uint64_t fragments_blended = 0;  ///< a part of the fragments not stored
-    int samples = 1;                      ///< sub-pixel samples per pixel
+    /// Fragments that are not stored but blended into the composite.
+    std::uint64_t fragments_blended = 0;
+    int samples = 1;  ///< sub-pixel samples per pixel
     std::string method;
     int passes = 0;
-    std::optional<DisplayedAs> display{};  ///< none if the output is not a display picture
+    std::optional<DisplayedAs> display{};  ///< set only for display pictures
 };
 
 /// Sets the picture's size, layers, fragments, provenance and the memory used.
@@ -137,7 +138,7 @@ std::string totalText(const StageTimes& milliseconds);
 void reportResult(const ReportOptions& options, const Json& json,
                   const std::vector<std::string>& lines, Reporter& reporter);
 
-/// Reports the result for a picture, with its summary.
+/// Reports the result for a picture, including its summary().
 void reportResult(const ReportOptions& options, const PictureResult& result, Reporter& reporter);
 
 /// Returns the JSON text for --json and --report: indented, with a final newline. Replaces invalid

@@ -30,7 +30,7 @@ struct ThresholdResult {
 
 struct HeatmapResult {
     std::string path;
-    double color = 0;         ///< the colour difference at the top of the colour ramp
+    double color = 0;         ///< the colour difference that the top of the colour ramp shows
     std::uint32_t count = 0;  ///< the largest difference in fragment counts
 };
 
@@ -43,8 +43,8 @@ struct ComparedFile {
 struct Comparison {
     ComparedFile a, b;
     int width = 0, height = 0;     ///< size of the compared window, pixels
-    bool by_layer = false;         ///< whether fragments are compared; else composites
-    LayeredDifference difference;  ///< without by_layer, only `pixels` and `composite` are set
+    bool by_layer = false;         ///< whether fragments are compared, rather than composites
+    LayeredDifference difference;  ///< if by_layer is false, only `pixels` and `composite` are set
 
     /// Returns the statistics of colour differences to which the thresholds apply.
     const DifferenceStatistics& color() const {

@@ -15,8 +15,8 @@ namespace peeler::cmd {
 
 /// The bytes needed for bands and for the arrays made from them.
 struct BandUse {
-    std::uint64_t list_bytes = 0;   ///< per fragment, in the fragment lists
-    std::uint64_t array_bytes = 0;  ///< per fragment, in the array with the largest records
+    std::uint64_t list_bytes = 0;   ///< bytes per fragment in the fragment lists
+    std::uint64_t array_bytes = 0;  ///< bytes per fragment in the array with the largest records
     MemoryUse made{};
     std::uint64_t layers = 0;  ///< number of layers that the outputs use
 };

@@ -20,7 +20,8 @@ namespace peeler::cmd {
 namespace {
 
 constexpr std::size_t kOpenAtOnce = 32;
-constexpr std::uint64_t kFileBuffer = std::uint64_t{1} << 20;  // the buffer of an AtomicFile
+// Bytes in the buffer of an AtomicFile.
+constexpr std::uint64_t kFileBuffer = std::uint64_t{1} << 20;
 
 }  // namespace
 
@@ -87,7 +88,8 @@ SinkMemory LayerFiles::memory(const Plan& whole, int rows, std::uint64_t fragmen
             // At most one band's rows are compressed at a time, and empty pixels compress to almost
             // nothing. So assume that all fragments lie in full rows.
             Window& window = plan.layers.front().data_window;
-            const std::uint64_t pixels = plan.layers.front().pixels;  // 0 = not counted yet
+            // 0 = the pixels are not counted yet.
+            const std::uint64_t pixels = plan.layers.front().pixels;
             const auto width = static_cast<std::uint64_t>(window.width());
             const int full = pixels > 0 ? static_cast<int>(pixels / width) : rows;
             window.y1 = std::min(window.y1, window.y0 + std::min(rows, full) + kExrRowsPerChunk);

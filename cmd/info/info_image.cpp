@@ -32,10 +32,11 @@ constexpr const char* kPixelTypes[] = {"half", "float", "uint"};
 struct ImageFacts {
     ExrInfo info;
     bool layered = false;
-    std::vector<LayerPlan> layers;         ///< with the windows in the file
+    std::vector<LayerPlan> layers;         ///< layers with the data windows that the file stores
     std::vector<std::uint64_t> histogram;  ///< element n: the number of pixels with n fragments
     std::uint64_t fragments = 0;
-    std::optional<PointStatistics> points;  ///< if the camera is known
+    /// Statistics of the points; set only if the camera is known.
+    std::optional<PointStatistics> points;
 
     bool countsKnown() const { return info.attributes().contains("peeler:fragmentsStored"); }
     bool cameraKnown() const { return info.attributes().contains("peeler:cameraJson"); }

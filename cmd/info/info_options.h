@@ -14,7 +14,7 @@ struct InfoOptions {
     bool json = false;
     SceneOptions scene;  ///< options for a scene
     AppearanceOptions appearance;
-    LayeredReadOptions image;  ///< options for an image; `scene` has its `strict`
+    LayeredReadOptions image;  ///< options for an image, except `strict`, which is that of `scene`
 };
 
 }  // namespace peeler::cmd

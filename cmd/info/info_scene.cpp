@@ -104,9 +104,9 @@ struct SceneFacts {
     std::optional<Assumed> assumed;
     Elements elements;
     std::optional<Bounds> box;
-    std::vector<CameraInstance> cameras;  ///< of the default scene, as all lists here
+    std::vector<CameraInstance> cameras;  ///< cameras of the selected scene
     std::vector<std::string> camera_names;
-    std::vector<PlacedLight> lights;  ///< without the built-in light
+    std::vector<PlacedLight> lights;  ///< lights of the selected scene, without the built-in light
     std::vector<ExtensionUse> extensions;
     std::array<std::uint64_t, 3> materials{};
 };
@@ -310,7 +310,7 @@ std::string elementsText(const Elements& elements) {
 /// any depth.
 std::string treeText(const Scene& scene) {
     std::string text;
-    std::vector<std::pair<int, std::size_t>> open;  // a stack of nodes and depths
+    std::vector<std::pair<int, std::size_t>> open;  // stack of nodes with their depths
     const auto push = [&](const std::vector<int>& nodes, std::size_t depth) {
         for (auto node = nodes.rbegin(); node != nodes.rend(); ++node)
             open.emplace_back(*node, depth);

@@ -171,8 +171,8 @@ void ChildProcess::signal(int number) const {
 }
 
 SignalFile::SignalFile() {
-    // If the parent process ignored SIGCHLD, this process inherits that and would never get the
-    // signal.
+    // A process inherits ignored signals from its parent. If SIGCHLD were ignored, it would never
+    // arrive.
     std::signal(SIGCHLD, SIG_DFL);
     const sigset_t set = watchedSignals();
     file_ = signalfd(-1, &set, SFD_NONBLOCK | SFD_CLOEXEC);

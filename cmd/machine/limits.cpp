@@ -113,7 +113,7 @@ std::optional<std::uint64_t> quotaIn(const fs::path& folder, const char* file) {
 }
 
 struct LimitFile {
-    const char* controller;  ///< a version 1 controller; "" = version 2
+    const char* controller;  ///< name of a cgroup v1 controller; "" = cgroup v2
     const char* name;
     std::optional<std::uint64_t> (*read)(const fs::path& folder, const char* file);
 };

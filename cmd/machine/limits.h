@@ -33,11 +33,11 @@ class Cgroups {
     // `controllers` is a comma-separated list; "" is the version 2 hierarchy.
     struct Membership {
         std::string controllers;
-        std::string name;  ///< the process's group
+        std::string name;  ///< path of the process's group
     };
     struct Mount {
-        std::string controllers;  ///< comma-separated, among other mount options
-        std::string top;          ///< the group that is mounted
+        std::string controllers;  ///< comma-separated mount options, which include the controllers
+        std::string top;          ///< path of the group that is mounted
         std::string point;        ///< the mount point
     };
     static std::optional<Membership> membershipIn(const std::string& line);

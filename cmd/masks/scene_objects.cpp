@@ -124,12 +124,13 @@ const std::string* extraOf(const Node& node, const std::string& key) {
 
 void findExtras(const PosedScene& posed, const ObjectsRequest& request, SceneObjects& found) {
     const Scene& scene = posed.scene();
-    std::map<std::string, std::uint32_t> numbers;  // object numbers by value
+    // Numbers of the objects, by the value in `extras`.
+    std::map<std::string, std::uint32_t> numbers;
     struct Visit {
         int node = 0;
         std::uint32_t inherited = 0;
     };
-    std::vector<Visit> ahead;  // a stack: depth first, in draw order
+    std::vector<Visit> ahead;  // stack for a depth-first traversal in draw order
     const std::vector<int> roots = rootsOf(scene.nodes);
     for (auto root = roots.rbegin(); root != roots.rend(); ++root)
         ahead.push_back({*root, 0});

@@ -18,8 +18,8 @@ enum class ObjectsBy { kNode, kMaterial, kGlob, kExtras };
 /// The objects requested by --by.
 struct ObjectsRequest {
     ObjectsBy by = ObjectsBy::kNode;
-    std::vector<std::string> globs{};  ///< for kGlob; each defines one object
-    std::string key{};                 ///< for kExtras
+    std::vector<std::string> globs{};  ///< globs for kGlob; each glob defines one object
+    std::string key{};                 ///< key in `extras`, for kExtras
     bool given = false;
 
     /// Returns the request as on the command line: "node", "glob:a,b", "extras:class".

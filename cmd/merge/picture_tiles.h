@@ -18,7 +18,7 @@ namespace peeler::cmd {
 struct PictureTile {
     std::string path;
     std::unique_ptr<LayeredInput> input{};
-    LayeredImage arrays{};  ///< first row; gives the names and types of the arrays
+    LayeredImage arrays{};  ///< the tile's first row, which has the names and types of its arrays
     /// The offsets added to the file's object and material ids, which make ids unique among
     /// elements.
     std::uint32_t first_object = 0, first_material = 0;
@@ -52,7 +52,7 @@ class PictureTiles {
     /// Returns the provenance of the first file. For elements, it has the id names of all files,
     /// and no scene or settings if these differ.
     const Provenance& provenance() const { return provenance_; }
-    const Window& window() const { return window_; }  ///< bounding window of all tiles
+    const Window& window() const { return window_; }  ///< returns the bounding window of all tiles
     /// Whether opacity is coloured in any of the files.
     bool tinted() const { return arrays_.tinted(); }
     /// Whether two tiles share a pixel.

@@ -31,7 +31,7 @@ struct CaptureJobOptions {
     AppearanceOptions appearance;
     CaptureSettings capture;  ///< as on the command line; each verb adjusts a copy
     gl::ContextRequest device;
-    RayEngine engine = RayEngine::kAuto;  ///< for verbs that trace rays
+    RayEngine engine = RayEngine::kAuto;  ///< used by verbs that trace rays
     int threads = 0;
     ReportOptions report;
 };
@@ -89,7 +89,8 @@ class CaptureJob {
     /// did not fit.
     GlRenderer* renderer() { return renderer_; }
     bool hasContext() const { return session_.hasContext(); }
-    const gl::Device& device() const { return *device_; }  ///< of the GlRenderer opened last
+    /// Returns the device of the GlRenderer opened last.
+    const gl::Device& device() const { return *device_; }
 
     /// Returns the ray engine of this run, kCpu or kGl. If the user did not choose one, the first
     /// call chooses it and reports the choice as a detail.
@@ -117,7 +118,7 @@ class CaptureJob {
     /// Returns, and then resets, times() and the times of the open sources.
     StageTimes takeTimes();
 
-    /// Returns wantsTint() for the options.
+    /// Returns wantsTint() for the job's appearance options.
     bool wantsTint(const PosedScene& posed) const;
 
     /// Returns settingsText() for the opened scene and its appearance. Includes the ray engine if
@@ -125,7 +126,7 @@ class CaptureJob {
     /// `frames_per_second` are as in ShownScene.
     std::string settingsText(const CaptureSettings& capture, nlohmann::json more,
                              const Window& crop = {}, double frames_per_second = 0) const;
-    /// Returns settingsHash() for the same settings.
+    /// Returns settingsHash() for the settings of settingsText().
     std::string settingsHash(const CaptureSettings& capture, nlohmann::json more,
                              const Window& crop = {}) const;
 

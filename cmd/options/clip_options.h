@@ -14,7 +14,7 @@ class VerbOptions;
 
 /// The values of --clip-box, --clip-plane, --clip-mesh and --clip.
 struct ClipOptions {
-    ClipVolume volume;                ///< `nodes` is empty
+    ClipVolume volume;                ///< clip volume without its `nodes`
     std::vector<std::string> meshes;  ///< names or indices of nodes
     bool side_given = false;          ///< whether --clip is given
 };

@@ -46,8 +46,9 @@ std::string firstText(const Value& value) {
 struct Setting {
     std::string_view key;
     std::string_view option;
-    std::string_view absent = "none";              ///< text if the key is absent
-    std::string (*text)(const Value&) = listText;  ///< null = not shown to users
+    std::string_view absent = "none";  ///< text if the key is absent
+    /// Formats a value; null = the setting is not shown to users.
+    std::string (*text)(const Value&) = listText;
     std::string_view other = "another value";  ///< text for values that differ but look the same
 };
 

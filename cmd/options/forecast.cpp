@@ -25,7 +25,7 @@ std::string sizeText(const SizeForecast& size) {
     return std::string(kCertainties[static_cast<std::size_t>(size.certainty)]) + ' ' + bytes;
 }
 
-/// The files for one disk.
+/// The files of a run that go to one disk.
 struct DiskShare {
     DiskSpace disk;
     SizeForecast size{};

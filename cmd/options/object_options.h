@@ -15,7 +15,7 @@ class VerbOptions;
 
 /// The chosen objects and materials: globs of names, or ids as numbers.
 struct ObjectOptions {
-    std::vector<std::string> include{}, exclude{};  ///< objects are nodes of the scene
+    std::vector<std::string> include{}, exclude{};  ///< choose objects, which are the scene's nodes
     std::vector<std::string> materials{};
 
     bool any() const { return !include.empty() || !exclude.empty() || !materials.empty(); }

@@ -60,7 +60,8 @@ Option addGiven(VerbOptions& verb, OutputRequest& output, const char* name, cons
         help);
 }
 
-/// Like addGiven(), for an option whose value is the `name` of a row. The help lists the rows.
+/// Like addGiven(), for an option whose value is the `name` of a row in `rows`. The help lists all
+/// rows.
 template <class Row>
 Option addNamed(VerbOptions& verb, OutputRequest& output, const char* option, std::string& target,
                 std::span<const Row> rows, const std::string& kind, const std::string& help,

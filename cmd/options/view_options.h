@@ -37,7 +37,7 @@ struct ViewListOptions {
     std::optional<std::uint64_t> seed;
     std::optional<double> distance;
     std::optional<std::filesystem::path> cameras_out;
-    bool through_corners = false;  ///< ViewsAround::through_corners, set by presets
+    bool through_corners = false;  ///< value for ViewsAround::through_corners, set by presets
 
     /// Whether --cameras or --views is given, even for a single view.
     bool asked() const { return file || count; }
@@ -57,7 +57,7 @@ class ViewList {
              Reporter& reporter);
 
     bool asked() const { return options_.asked(); }
-    std::size_t size() const;  ///< at least 1
+    std::size_t size() const;  ///< returns the number of views, at least 1
     /// Returns the half-open range of views that this run makes. Throws Error (kUsage) if there is
     /// a chunk but no list of views.
     std::pair<std::size_t, std::size_t> part(const std::optional<Shard>& chunk) const;
@@ -99,10 +99,11 @@ class ViewList {
     const CameraOptions& camera_;
     bool strict_;
     Reporter& reporter_;
-    std::vector<FileCamera> listed_;               ///< cameras from the file
-    std::vector<std::string> names_;               ///< empty for a single view
-    std::vector<CameraOptions> cameras_;           ///< set by place()
-    std::vector<std::vector<PlacedNode>> placed_;  ///< per view; empty if no view moves any node
+    std::vector<FileCamera> listed_;      ///< cameras from the file
+    std::vector<std::string> names_;      ///< names of the views; empty for a single view
+    std::vector<CameraOptions> cameras_;  ///< cameras of all views, set by place()
+    /// Moved nodes of each view; empty if no view moves a node.
+    std::vector<std::vector<PlacedNode>> placed_;
 };
 
 }  // namespace peeler::cmd

@@ -60,7 +60,7 @@ endif()
 set(CPACK_COMPONENTS_GROUPING ONE_PER_GROUP)
 set(CPACK_COMPONENT_PROGRAM_GROUP command)
 set(CPACK_COMPONENT_MANUAL_GROUP command)
-# Changes for Debian packages.
+# debian.cmake changes the Debian packages before cpack packs them.
 set(CPACK_PRE_BUILD_SCRIPTS ${CMAKE_CURRENT_LIST_DIR}/debian.cmake)
 set(CPACK_PEELER_LIBDIR ${CMAKE_INSTALL_LIBDIR})
 set(CPACK_PEELER_MODULES ${peeler_module_folder})
@@ -113,12 +113,12 @@ set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
 set(CPACK_COMPONENT_PYTHON_DESCRIPTION "${synopsis} (Python module)
 ${story}\n.\nThis package holds the module peeler for Python 3, which runs the program:
 layers as arrays of NumPy.")
-# The module is pure Python and runs the program.
+# The module is pure Python; it runs the program.
 set(CPACK_DEBIAN_PYTHON_PACKAGE_ARCHITECTURE all)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS OFF)
 string(CONCAT CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "peeler ${same_version}, python3-numpy, "
     "python3 (>= 3.8~)")
-# dpkg does not know the files that Python compiles.
+# dpkg does not know the files that Python compiles, so prerm removes them.
 file(WRITE ${packing}/postinst "#!/bin/sh\nset -e\n"
     "if command -v py3compile > /dev/null; then py3compile -p python3-peeler; fi\n")
 file(WRITE ${packing}/prerm "#!/bin/sh\nset -e\n"

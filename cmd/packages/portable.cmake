@@ -12,7 +12,7 @@ include(${CMAKE_CURRENT_LIST_DIR}/licences.cmake)
 # These are 200 libraries, three quarters of all that OpenImageIO needs, including encoders under the
 # GPL.
 set(unused "^lib(opencv_|avcodec|avformat|avutil|swscale|dcm|ofstd|oflog|heif)")
-# The DICOM library registers itself when it is loaded.
+# These functions register the DICOM library when it is loaded, so their stand-ins must do nothing.
 set(announced "^_ZN10DiRegister[CD][12]Ev$")
 
 set(root ${folder}/${name})
@@ -22,7 +22,7 @@ foreach(component program manual)
         --prefix ${root} OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
 endforeach()
 execute_process(COMMAND ${strip} -o ${root}/bin/peeler ${program} COMMAND_ERROR_IS_FATAL ANY)
-# peeler_decode is started without the path to the libraries.
+# peeler_decode is started without the path to the libraries, so it must contain Draco.
 execute_process(COMMAND ${objdump} -p ${root}/${modules_folder}/peeler_decode
     OUTPUT_VARIABLE headers COMMAND_ERROR_IS_FATAL ANY)
 if(headers MATCHES "NEEDED +libdraco")

@@ -80,7 +80,7 @@ function(make_stand_ins regex nothing folder)
         if(script)
             set(map -Wl,--version-script=${folder}/${name}.map)
         endif()
-        # Nothing to debug, so no build ID.
+        # The file has nothing to debug, so it gets no build ID.
         execute_process(COMMAND ${compiler} -shared -fPIC -O1 -s -nostdlib -o ${folder}/${name}
             -Wl,--build-id=none -Wl,-soname,${name} ${map} ${folder}/${name}.cpp -lc
             COMMAND_ERROR_IS_FATAL ANY)

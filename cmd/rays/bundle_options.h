@@ -20,10 +20,10 @@ class VerbOptions;
 struct BundleOptions {
     std::vector<glm::dvec3> directions;  ///< unit vectors in world space
     std::optional<int> count;            ///< number of directions, spread evenly over the sphere
-    bool hemisphere = false;             ///< spread them over the upper hemisphere only
+    bool hemisphere = false;             ///< whether the directions cover only the upper hemisphere
     std::optional<std::filesystem::path> file;  ///< text file of directions
     bool axes = false;                          ///< bundles along X, Y and Z, on a common lattice
-    CameraOptions camera;   ///< one ray per pixel, if any camera option is given
+    CameraOptions camera;   ///< traces one ray per pixel, if any camera option is given
     ViewListOptions views;  ///< several cameras, one bundle for each
     /// The density: number of rays along the longer side of a bundle, or distance between rays in
     /// scene units.

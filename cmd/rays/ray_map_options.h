@@ -20,7 +20,7 @@ struct RayMapFlags {
     std::vector<RayMap> maps;  ///< empty = write hits instead of maps
     /// Attenuation per scene unit, for materials given by name glob or index.
     std::vector<std::pair<std::string, double>> attenuation;
-    std::vector<std::string> parts;  ///< globs of node names
+    std::vector<std::string> parts;  ///< globs of node names, which define the parts
     std::optional<std::pair<double, double>> range;
     bool legend = true;
 };

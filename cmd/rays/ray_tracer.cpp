@@ -72,7 +72,7 @@ CaptureSettings traceSettings(const RaysOptions& options) {
     // With --points, t is computed from the triangle, so hits need not be refined.
     const bool refine = options.refine && !options.points;
     capture.hit_mode = refine ? HitMode::kRefined : HitMode::kRaw;
-    capture.color_type = PixelType::kFloat;  // also the precision of normals
+    capture.color_type = PixelType::kFloat;  // applies to normals, too
     // Camera rays end at the near and far planes; other rays are unbounded.
     capture.depth_clamp = !options.bundles.usesCamera();
     return capture;
@@ -118,7 +118,7 @@ void RayTracer::nameFiles(RayTrace& trace) const {
         std::vector<int> numbers(trace.bundles.size());
         std::iota(numbers.begin(), numbers.end(), 0);
         OutputRequest output = trace.output;
-        if (trace.view) output.no_clobber = false;  // the caller has already checked it
+        if (trace.view) output.no_clobber = false;  // the caller has already checked --no-clobber
         trace.files = checkSeries(output, numbers, options_.inputs());
         checkReport(options_.report, trace.files);
     } else if (options_.writesFile()) {
@@ -151,7 +151,7 @@ std::string RayTracer::settingsHash(const RayTrace& trace, const CaptureSettings
 
 std::string RayTracer::hashOf(const RayTrace& trace) const {
     CaptureSettings settings = capture_;
-    settings.channels.clear();  // they follow from the outputs
+    settings.channels.clear();  // the outputs determine the channels
     const Json all = {
         {"scene", hexText(scene_->scene().content_hash)},
         {"settings", settingsHash(trace, settings)},

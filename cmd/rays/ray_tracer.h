@@ -28,10 +28,11 @@ struct RayTrace {
     /// Settings that change hits, other than the options.
     nlohmann::json settings = nlohmann::json::object();
     std::vector<std::unique_ptr<RayOutput>> outputs{};
-    const RayParity* parity = nullptr;           ///< one of `outputs`; null without --parity
+    const RayParity* parity = nullptr;  ///< the RayParity in `outputs`; null without --parity
     std::vector<std::filesystem::path> files{};  ///< names of the files to write
-    std::vector<CapturePlan> plans{};   ///< per bundle; empty if hits are not counted first
-    std::vector<std::uint64_t> hits{};  ///< per bundle; empty if hits are not counted first
+    std::vector<CapturePlan> plans{};  ///< one plan per bundle; empty if hits are not counted first
+    /// Number of hits of each bundle; empty if hits are not counted first.
+    std::vector<std::uint64_t> hits{};
     Forecast forecast{};
     std::uint64_t hits_found = 0;
     double largest_correction = 0;
@@ -85,9 +86,9 @@ class RayTracer {
     const OpenedScene* scene_ = nullptr;
     std::optional<PosedScene> posed_;
     std::optional<AxisBundles> lattice_;
-    std::unique_ptr<Solids> solids_;     ///< made when needed
+    std::unique_ptr<Solids> solids_;     ///< set on first use
     HitSource* source_ = nullptr;        ///< owned by job_; null until the first output
-    std::uint64_t memory_forecast_ = 0;  ///< bytes; the maximum so far
+    std::uint64_t memory_forecast_ = 0;  ///< bytes; the maximum over all outputs so far
 };
 
 }  // namespace peeler::cmd

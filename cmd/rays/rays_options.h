@@ -31,7 +31,7 @@ enum class ParityUse : std::uint8_t { kReport, kFail };
 /// All options of peeler rays. Only the variant in `appearance` is used.
 struct RaysOptions : CaptureJobOptions {
     BundleOptions bundles;
-    std::optional<Faces> faces;  ///< none = chosenFaces()
+    std::optional<Faces> faces;  ///< none = the default of chosenFaces()
     bool refine = true;
     bool double_points = false;
     /// Columns of the hit table, in the order of hitColumns(); empty = all.

@@ -16,7 +16,8 @@ class VerbOptions;
 
 /// The channels to store besides colour and Z, and the file for the names of ids.
 struct ChannelOptions {
-    std::vector<Channel> channels{};  ///< in the order of channelTable(), without duplicates
+    /// Channels in the order of channelTable(), without duplicates.
+    std::vector<Channel> channels{};
     bool cryptomatte = false;
     std::optional<std::filesystem::path> manifest{};
 

@@ -22,7 +22,7 @@ struct Preset {
     std::string_view name, summary;
     std::string_view as;
     Size size;
-    double focal_length;   ///< in picture widths; 0 = the default field of view
+    double focal_length;   ///< focal length in picture widths; 0 = the default field of view
     bool through_corners;  ///< ViewsAround::through_corners
 };
 

@@ -23,8 +23,8 @@ class VerbOptions;
 
 /// All options of peeler render. captureSettings() adapts `capture` to the output.
 struct RenderOptions : CaptureJobOptions {
-    std::vector<std::filesystem::path> scenes;  ///< files, folders and globs
-    CameraOptions camera;                       ///< the common settings if there are several views
+    std::vector<std::filesystem::path> scenes;  ///< scene files, folders and globs
+    CameraOptions camera;                       ///< camera settings common to all views
     ViewListOptions views;
     ChannelOptions channels;
     ClipOptions clip;

@@ -325,7 +325,7 @@ nlohmann::ordered_json RenderRequest::plan() const {
         entry["method"] = asked.provenance.method;
         entry["samples"] = asked.capture.samples;
         const OutputOptions output = writerOptions(asked);
-        if (output.outcome) {  // only for display pictures
+        if (output.outcome) {  // set only for display pictures
             entry["toneMap"] = output.tone_map;
             entry["exposure"] = meters_exposure_ ? nlohmann::ordered_json()
                                                  : nlohmann::ordered_json(output.exposure);

@@ -19,12 +19,12 @@ namespace peeler::cmd {
 
 /// A picture to render.
 struct PictureRequest {
-    std::size_t index = 0;  ///< among all pictures that this run makes
+    std::size_t index = 0;  ///< index among all pictures that this run makes
     PictureNumber number{};
-    double time = 0;  ///< seconds
+    double time = 0;  ///< time of the picture, seconds
     OutputRequest output{};
     std::optional<PosedScene> posed{};
-    std::optional<NextFrame> next{};  ///< only for the motion channel
+    std::optional<NextFrame> next{};  ///< the next frame, set only for the motion channel
     View view{};
     CaptureSettings capture{};
     Provenance provenance{};  ///< `renderer` is not set
@@ -49,7 +49,8 @@ class RenderRequest {
     bool isSequence() const { return hasFrames() || hasViews(); }
     /// Returns the noun for the pictures of a sequence, "view" or "frame"; "" for a single picture.
     const char* pictureKind() const { return hasViews() ? "view" : hasFrames() ? "frame" : ""; }
-    std::size_t pictures() const { return end_ - first_; }  ///< 0 if there are too many chunks
+    /// Returns 0 if this run's chunk is empty.
+    std::size_t pictures() const { return end_ - first_; }
 
     PictureNumber number(std::size_t index) const;
     /// Return the view and file of the first picture of a view, even if this run does not render
@@ -94,7 +95,7 @@ class RenderRequest {
     OutputRequest outputOf(std::size_t index) const;
     std::filesystem::path fileOf(const PictureNumber& number) const;
     const Moment& moment(std::size_t index) const;
-    std::size_t view(std::size_t index) const;  ///< index into views_
+    std::size_t view(std::size_t index) const;  ///< returns an index into views_
     Provenance provenanceOf(std::size_t index, const PictureRequest& picture) const;
 
     const RenderOptions& options_;

@@ -32,7 +32,7 @@ std::string usualExtension(const std::string& kind) {
     for (const OutputFormat& format : outputFormats())
         if (kind.empty() || format.kind == kind)
             return std::string(format.extensions.front().substr(1));
-    return "exr";  // unknown kinds are refused elsewhere
+    return "exr";  // other functions refuse unknown kinds
 }
 
 /// Returns the file name of a sample, with {stem} and {folder} still in it.
@@ -187,7 +187,7 @@ void SampleShards::add(const PictureRequest& picture, PictureResult& result) {
     const TarShards::Stored stored = shards_->add(result.sample, about, members);
     result.output = stored.shard;
     result.bytes = stored.bytes;
-    std::error_code failure;  // ignored: the folder is removed anyway
+    std::error_code failure;  // ignored, because the folder is removed later
     for (const std::string& each : files)
         fs::remove(each, failure);
 }

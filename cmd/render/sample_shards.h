@@ -27,8 +27,8 @@ struct ShardOptions {
 /// Declares the options in ShardOptions. `options` must outlive the parse.
 void addShardOptions(VerbOptions& verb, ShardOptions& options);
 
-/// The shards of a run, shared by all scenes. A sample's files are first written to a scratch
-/// folder beside the shards, like those of any picture, and then moved into a shard.
+/// The shards of a run, shared by all scenes. A sample's files are written to a scratch folder
+/// beside the shards and then moved into a shard.
 class SampleShards {
   public:
     /// `options` must request shards. Sets the output in `options` to the file of a sample, whose

@@ -98,7 +98,8 @@ std::vector<RenderOptions> eachScene(const RenderOptions& options) {
     std::map<fs::path, fs::path> scene_of;  // the scene of each output
     const auto take = [&](const fs::path& file, const fs::path& scene, const std::string& option) {
         const auto [other, is_new] = scene_of.emplace(file, scene);
-        if (is_new || other->second == scene) return;  // conflicts within a scene are found later
+        // A later check finds conflicts within a scene.
+        if (is_new || other->second == scene) return;
         refuse("the files of " + other->second.string() + " and " + scene.string() +
                    " would have the same file name",
                option, "put {stem} (the scene's name) or {folder} (its folder's name) into it");

@@ -10,7 +10,7 @@
 
 namespace peeler::cmd {
 
-// In each table, the first row is the default.
+// The first row of each table is the default.
 inline constexpr Choice<Surfaces> kSurfaces[] = {
     {"all", Surfaces::kAll, "every surface, even behind opaque ones"},
     {"visible", Surfaces::kVisible, "surfaces up to the nearest opaque one"},

@@ -28,9 +28,9 @@ enum class ProgressStyle : std::uint8_t { kAuto, kNone, kPlain, kAlf, kOpenJd, k
 
 /// The progress of a run.
 struct RunProgress {
-    std::string_view stage;  ///< "render", "trace"
-    double of_stage = 0;     ///< 0 to 1
-    double of_run = 0;       ///< 0 to 1, never decreasing
+    std::string_view stage;  ///< name of the stage: "render", "trace"
+    double of_stage = 0;     ///< progress of the stage, 0 to 1
+    double of_run = 0;       ///< progress of the run, 0 to 1, never decreasing
 };
 
 /// The receiver of everything that a run reports. The command line prints it, and the worker

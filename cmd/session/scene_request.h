@@ -21,7 +21,7 @@ namespace peeler::cmd {
 /// The scene file, the reading options, and the part of the scene to use.
 struct SceneOptions {
     std::filesystem::path file;
-    std::optional<std::string> scene;           ///< name or index; none = the file's default
+    std::optional<std::string> scene;  ///< name or index of a scene; none = the file's default
     std::vector<std::string> include, exclude;  ///< globs of node names
     std::optional<Normalized> normalize;        ///< none = not normalised
     SceneReadOptions reading;
@@ -71,7 +71,7 @@ enum class Transmitted : std::uint8_t {
 
 /// Options that override the scene's appearance.
 struct AppearanceOptions {
-    std::optional<std::string> variant;  ///< name or index
+    std::optional<std::string> variant;  ///< name or index of a variant
     Transmitted transmission = Transmitted::kColor;
     std::optional<std::filesystem::path> environment;  ///< file name, "studio" or "none"
     std::optional<double> environment_rotation;        ///< degrees
@@ -104,9 +104,9 @@ nlohmann::json appearanceSettings(const AppearanceOptions& appearance, const Sce
 
 /// The animation and its times: at rest, at one time, or at the times of frames.
 struct AnimationOptions {
-    std::optional<std::string> animation;    ///< name, index or "all"
-    std::optional<double> time;              ///< seconds
-    std::optional<std::vector<int>> frames;  ///< at least one
+    std::optional<std::string> animation;    ///< name or index of an animation, or "all"
+    std::optional<double> time;              ///< time in seconds
+    std::optional<std::vector<int>> frames;  ///< numbers of the frames, at least one
     std::optional<double> fps;               ///< frames per second; none = the default
 
     /// Whether a time or frames are given. Otherwise the scene is at rest.
@@ -119,8 +119,8 @@ struct Moment {
     double time = 0;  ///< seconds
     /// Time of the next frame, in seconds, even if that frame is not requested.
     double next_time = 0;
-    double frames_per_second = 0;  ///< 0 = not a sequence
-    double motion_rate = 0;        ///< frames per second for motion vectors
+    double frames_per_second = 0;  ///< 0 = the picture is not part of a sequence
+    double motion_rate = 0;        ///< frame rate for motion vectors, frames per second
 };
 
 /// Throws Error (kUsage) if the options contradict each other, regardless of the scene.

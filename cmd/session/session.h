@@ -67,7 +67,7 @@ class Session {
     struct KeptScene {
         SceneRequest request;
         SharedScene scene;
-        std::vector<FileState> files;  ///< when they were read
+        std::vector<FileState> files;  ///< states of the scene's files when they were read
         std::uint64_t bytes = 0;       ///< approximate resident size
     };
 

@@ -16,7 +16,7 @@ struct ShownScene {
     int scene = 0;                  ///< index of the scene
     std::vector<int> animations{};  ///< indices of the played animations
     std::vector<std::string> include{}, exclude{};
-    double frames_per_second = 0;  ///< for motion vectors; 0 = no motion vectors
+    double frames_per_second = 0;  ///< frame rate for motion vectors; 0 = no motion vectors
     /// The pixels to which --occlusion-ratio refers. A setting, because a tile may keep more or
     /// fewer layers than the whole picture.
     Window crop{};

@@ -21,24 +21,24 @@ namespace peeler::cmd {
 /// The quantity that layer cells show.
 enum class SheetShow {
     kColor,
-    kDepth  ///< in grey; near is white
+    kDepth  ///< depth as grey; the nearest depth is white
 };
 
 /// A picture with its label.
 struct SheetCell {
-    std::string label, detail;  ///< two lines of text
+    std::string label, detail;  ///< two lines of text for the picture
     CompositeImage picture;     ///< linear, premultiplied; the window starts at (0, 0)
     /// The error of an approximate composite, relative to the exact one.
     DifferenceStatistics error;
     bool has_error = false;
-    int passes = 0;  ///< geometry passes of the cell's method; 0 = not a method's cell
+    int passes = 0;  ///< geometry passes of the cell's method; 0 = the cell belongs to no method
 };
 
 struct SheetSettings {
     SheetShow show = SheetShow::kColor;
     bool progression = false;  ///< show composites of the nearest 1, 2, … layers
     int most_cells = 24;
-    int cell_width = 320;  ///< pixels; smaller pictures keep their size
+    int cell_width = 320;  ///< width in pixels; smaller pictures keep their size
     bool meters = false;   ///< whether to meter the exposure
 };
 
@@ -75,16 +75,17 @@ class SheetCells : public Sink {
   private:
     /// A cell in progress.
     struct Pending {
-        std::uint32_t layer = 0;  ///< layer index; or number of nearest layers if `composites`
+        /// Index of the layer; with `composites`, the number of nearest layers.
+        std::uint32_t layer = 0;
         bool composites = false;
-        std::uint64_t fragments = 0;  ///< shown in the cell
+        std::uint64_t fragments = 0;  ///< number of fragments shown in the cell
         BoxFilter filter;
         DifferenceStatistics error;
     };
 
     void addCell(std::uint32_t layer, bool composites);
     bool hasComposite(const Plan& plan) const;
-    /// Returns the number of cells without the limit.
+    /// Returns the number of cells that there would be without the limit.
     std::uint32_t cellsOf(const Plan& plan) const;
     void addComposite(const LayeredImage& band, Pending& cell);
     void addLayer(const LayeredImage& band, Pending& cell) const;
@@ -99,7 +100,7 @@ class SheetCells : public Sink {
     float nearest_ = 0, farthest_ = 0;  ///< range of Z over all fragments
     bool has_range_ = false;
     std::vector<Pending> pending_;
-    CompositeImage exact_, shown_;  ///< of the current band
+    CompositeImage exact_, shown_;  ///< composites of the current band
     ExposureMeter meter_;
     std::vector<SheetCell> finished_;
     StageTimes times_;

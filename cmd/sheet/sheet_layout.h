@@ -14,7 +14,7 @@ namespace peeler::cmd {
 
 /// The style of a contact sheet.
 struct SheetStyle {
-    int columns = 0;                                 ///< 0 = chosen for a nearly square page
+    int columns = 0;  ///< number of columns; 0 = chosen for a nearly square page
     std::optional<std::array<float, 4>> background;  ///< straight linear; none = a checkerboard
     float exposure = 0;                              ///< exposure of the cells, stops
     std::string tone_map = "none";

@@ -58,7 +58,7 @@ class CompositeCell : public Sink {
   private:
     int cell_width_;
     const CompositeImage& exact_;
-    std::optional<BoxFilter> filter_;  ///< from begin() to finish()
+    std::optional<BoxFilter> filter_;  ///< set from begin() to finish()
     CompositeImage band_, exact_band_;
     SheetCell cell_;
     StageTimes times_;
@@ -206,7 +206,7 @@ void SceneSheet::describePlan(const Plan& plan, int passes) {
 
 void SceneSheet::showLayers() {
     SheetSettings settings = request_.cells;
-    settings.meters = false;  // already metered
+    settings.meters = false;  // the exposure is already metered
     const bool unsorted = showsUnsorted();
     if (unsorted) --settings.most_cells;
     SheetCells cells(settings);

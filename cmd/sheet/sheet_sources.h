@@ -24,7 +24,7 @@ namespace peeler::cmd {
 /// The methods whose composites the sheet of a scene shows.
 enum class SheetMethods {
     kUnsorted,  ///< blending in draw order, if the composite of all layers is shown
-    kAll,       ///< every method, and no layers
+    kAll,       ///< every method, but no layers
     kNone
 };
 
@@ -43,7 +43,7 @@ struct SheetRequest : CaptureJobOptions {
 struct SheetContent {
     std::vector<SheetCell> cells;
     std::size_t omitted = 0;        ///< number of cells over the limit
-    std::optional<float> exposure;  ///< stops; none = not metered
+    std::optional<float> exposure;  ///< exposure in stops; none = not metered
     PictureResult result;           ///< the source and the settings of the cells
 };
 

@@ -16,10 +16,10 @@ namespace peeler::cmd {
 
 /// The kind of a file, which determines the checks.
 enum class VerifiedKind {
-    kUnknown,  ///< cannot be opened
-    kForeign,  ///< not written by peeler: chunks must decode
+    kUnknown,  ///< the file cannot be opened
+    kForeign,  ///< not written by peeler; check: the chunks decode
     kFlat,     ///< written by peeler, without layers: all chunks are present and decode
-    kLayered,  ///< written by peeler, with layers: all checks
+    kLayered,  ///< written by peeler, with layers; the file gets all checks
 };
 
 /// The result of the checks, ordered from best to worst.
@@ -29,10 +29,11 @@ struct VerifiedFile {
     std::string path;
     VerifiedKind kind = VerifiedKind::kUnknown;
     Verdict verdict = Verdict::kGood;
-    std::vector<std::string> problems;         ///< one sentence each
-    std::optional<ExrIntegrity::State> proof;  ///< none if the hashes could not be checked
-    Provenance provenance;                     ///< only for files written by peeler
-    View view;                                 ///< only for files written by peeler
+    std::vector<std::string> problems;  ///< problems found, one sentence each
+    /// Result for the hashes; none if they could not be checked.
+    std::optional<ExrIntegrity::State> proof;
+    Provenance provenance;  ///< set only for files written by peeler
+    View view;              ///< set only for files written by peeler
     std::size_t layers = 0;
     std::uint64_t fragments = 0;  ///< number of fragments in the layers
 

@@ -35,7 +35,7 @@ class PartRows {
   private:
     static constexpr float kNone = std::numeric_limits<float>::infinity();
     struct Plane {
-        std::size_t size = 0;  ///< bytes per value
+        std::size_t size = 0;  ///< bytes of each value
         std::vector<std::byte> values;
     };
     float depth(std::size_t pixel) const {
@@ -45,7 +45,7 @@ class PartRows {
     }
 
     Window window_;
-    std::vector<Plane> planes_;  ///< in the order of the part's channels
+    std::vector<Plane> planes_;  ///< one plane per channel, in the order of the part's channels
     std::size_t depth_ = 0;      ///< index of the plane of Z
 };
 
@@ -54,7 +54,7 @@ void PartRows::read(const ExrInput& input, std::size_t part, const std::string& 
     const ExrInputPart& info = input.parts()[part];
     window_ = window;
     if (window.empty()) return;
-    planes_.resize(info.channels.size());  // other layers' channels get empty planes
+    planes_.resize(info.channels.size());  // channels of other layers get empty planes
     std::vector<ExrTarget> targets;
     for (std::size_t c = 0; c < info.channels.size(); ++c) {
         Plane& plane = planes_[c];

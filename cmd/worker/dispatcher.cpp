@@ -119,7 +119,7 @@ void Dispatcher::listen() {
     const sockaddr_un address = addressOf(unnamed);
     unlink(unnamed.c_str());
     listening_ = socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-    const mode_t mask = umask(0177);  // no other user ever has access
+    const mode_t mask = umask(0177);  // creates the socket without access for other users
     const int bound = bind(listening_, reinterpret_cast<const sockaddr*>(&address), sizeof address);
     umask(mask);
     if (bound != 0 || ::listen(listening_, 64) != 0 ||

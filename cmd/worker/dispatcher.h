@@ -42,23 +42,23 @@ class Dispatcher {
   private:
     struct Client {
         int in = -1, out = -1;
-        std::string received;     ///< an incomplete line
-        bool skips_line = false;  ///< skip the rest of a line that is too long
+        std::string received;     ///< the beginning of a line whose end has not arrived yet
+        bool skips_line = false;  ///< whether to skip the rest of a line that is too long
         bool reads = true;        ///< whether more lines may arrive
-        bool gone = false;        ///< nobody reads the client's output any more
+        bool gone = false;        ///< whether the client no longer reads its output
         std::string unsent;
-        std::size_t jobs = 0;  ///< waiting and running jobs
+        std::size_t jobs = 0;  ///< number of the client's waiting and running jobs
     };
     struct Waiting {
         Client* client;
-        std::string line;  ///< includes the line feed
+        std::string line;  ///< the job line, with its line feed
         nlohmann::json id;
         /// The job's first argument. A process whose last job had the same first argument may have
         /// the scene open.
         std::string scene;
     };
     struct Slot {
-        std::unique_ptr<JobProcess> process{};  ///< started when needed
+        std::unique_ptr<JobProcess> process{};  ///< process of the slot, started when needed
         std::optional<Waiting> job{};
         bool cancelled = false;
         std::chrono::steady_clock::time_point start{}, cancelled_at{};
@@ -90,7 +90,8 @@ class Dispatcher {
     std::list<Client> clients_;
     std::list<Waiting> waiting_;
     std::vector<Slot> slots_;
-    std::list<std::unique_ptr<JobProcess>> ending_;  ///< their output is ignored
+    /// Processes that are ending; their output is ignored.
+    std::list<std::unique_ptr<JobProcess>> ending_;
 };
 
 }  // namespace peeler::cmd

@@ -65,7 +65,7 @@ void send(int file, std::string_view text) {
     while (!text.empty()) {
         const ssize_t count = ::send(file, text.data(), text.size(), MSG_NOSIGNAL);
         if (count < 0 && errno == EINTR) continue;
-        if (count < 0) endProcess(0);  // the worker is gone
+        if (count < 0) endProcess(0);  // the worker has ended
         text.remove_prefix(static_cast<std::size_t>(count));
     }
 }
@@ -135,7 +135,7 @@ DeclaredVerb declaredLike(const std::string& verb) {
     try {
         return std::make_unique<ParsedVerb>(verbNamed(verb));
     } catch (const Error&) {
-        return nullptr;  // an unknown verb
+        return nullptr;  // there is no such verb
     }
 }
 

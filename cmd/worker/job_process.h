@@ -13,9 +13,10 @@ namespace peeler::cmd {
 
 /// The limits for each process of a worker.
 struct JobLimits {
-    int threads = 0;           ///< default number of threads of a job; 0 = the job's default
-    std::uint64_t memory = 0;  ///< default memory budget of a job, bytes; 0 = the job's default
-    std::uint64_t keep = 0;    ///< maximum number of bytes of scenes to keep open between jobs
+    int threads = 0;  ///< number of threads of a job without --threads; 0 = the verb's default
+    /// Memory budget of a job without --memory, bytes; 0 = the verb's default.
+    std::uint64_t memory = 0;
+    std::uint64_t keep = 0;  ///< maximum number of bytes of scenes to keep open between jobs
 };
 
 /// A separate process for jobs, so that a driver crash affects only one job and a cancelled job
@@ -52,7 +53,7 @@ class JobProcess {
 
     pid_t process_ = -1;  ///< −1 = ended
     int file_ = -1;
-    std::string text_;  ///< an incomplete line
+    std::string text_;  ///< the beginning of a line whose end has not arrived yet
     int ending_signal_ = 0, exit_code_ = 0;
 };
 

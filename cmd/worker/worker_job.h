@@ -23,7 +23,7 @@ struct WorkerRequest {
     /// check the verb's options.
     explicit WorkerRequest(const std::string& line);
 
-    nlohmann::json id;  ///< a string or an integer
+    nlohmann::json id;  ///< id of the job, a string or an integer
     bool cancels = false;
     bool wants_progress = false;
     std::string verb{};
@@ -40,10 +40,11 @@ std::string helloLine(int jobs);
 // NOLINTNEXTLINE(bugprone-exception-escape): moving JSON does not throw
 struct WorkerResult {
     int exit_code = 0;
-    Json result{};  ///< the verb's result; null without one
+    Json result{};  ///< the verb's result; null if it has none
     std::vector<std::string> warnings{};
     std::optional<Error> error{};  ///< the first error
-    std::string error_kind{};      ///< if not "", replaces the error's kind: "cancelled", "crash"
+    /// "cancelled" or "crash" replaces the error's kind; "" = keep the kind.
+    std::string error_kind{};
     double milliseconds = 0;
 };
 

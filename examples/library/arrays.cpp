@@ -20,7 +20,7 @@ int main() try {
     square.material = 0;
     scene.meshes.push_back({"square", {square}});
     peeler::SceneRoots roots;
-    for (const double z : {-1.0, 0.0, 1.0}) {  // the mesh three times, one behind the other
+    for (const double z : {-1.0, 0.0, 1.0}) {  // three nodes place the mesh, one behind the other
         peeler::Node node;
         node.mesh = 0;
         node.local[3] = {0, 0, z, 1};
@@ -30,7 +30,7 @@ int main() try {
     scene.scenes.push_back(roots);
 
     const peeler::Shown shown{std::make_shared<const peeler::Scene>(std::move(scene))};
-    peeler::CameraChoice camera;  // orthographic, along -Z, 8 pixels per unit
+    peeler::CameraChoice camera;  // an orthographic camera along -Z with 8 pixels per unit
     camera.eye = {0, 0, 3};
     camera.target = {0, 0, 0};
     camera.ortho_height = 4;

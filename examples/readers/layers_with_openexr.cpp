@@ -20,7 +20,8 @@ int main(int count, char** arguments) {
     const auto camera = nlohmann::json::parse(text);
     const double width = camera["width"], height = camera["height"];
     const double half_width = camera["halfWidth"], half_height = camera["halfHeight"];
-    const std::vector<std::vector<double>> m = camera["cameraToWorld"];  // a list of rows
+    // The matrix as a list of rows.
+    const std::vector<std::vector<double>> m = camera["cameraToWorld"];
     const bool perspective = camera["projection"] == "perspective";
     double points = 0, sum[3] = {};
     double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
@@ -36,7 +37,7 @@ int main(int count, char** arguments) {
         const float* pixel = depth.data();
         for (int y = box.min.y; y <= box.max.y; ++y) {
             for (int x = box.min.x; x <= box.max.x; ++x, ++pixel) {
-                if (!(*pixel < INFINITY)) continue;  // there is no fragment
+                if (!(*pixel < INFINITY)) continue;  // this pixel has no fragment in the layer
                 const double z = *pixel, scale = perspective ? z : 1;
                 const double right = half_width * (2 * (x + 0.5) / width - 1) * scale;
                 const double up = half_height * (1 - 2 * (y + 0.5) / height) * scale;

@@ -134,7 +134,7 @@ TEST(BakedModels, LookTheSameWhereNothingIsOccluded) {
         render(folder / "baked.glb", "after.exr");
         const Outcome compared =
             runPeeler({"compare", (folder / "before.exr").string(), (folder / "after.exr").string(),
-                       "--max-color", "0.0005"});  // interpolating white can give 1 − 2^−24
+                       "--max-color", "0.0005"});  // interpolated white may be 1 − 2^−24
         EXPECT_EQ(compared.exit_code, 0) << name << ": " << compared.out << compared.err;
     }
 }

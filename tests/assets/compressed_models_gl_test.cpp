@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 struct Pair {
     const char *name, *plain, *variant;
-    int bits;  ///< bits per coordinate, over the model's longest side
+    int bits;  ///< bits per coordinate; their range is the model's longest side
 };
 
 const Pair kPairs[] = {

@@ -97,7 +97,7 @@ std::size_t missing(const Soup& wanted, const Soup& other, double step) {
 
 struct Pair {
     const char *name, *plain, *variant;
-    int bits;  ///< bits per coordinate, over a mesh's longest side
+    int bits;  ///< bits per coordinate; their range is a mesh's longest side
 };
 
 // The bits are the settings of the tools that made the files: 11 by gltf-pipeline (Draco), 14 and

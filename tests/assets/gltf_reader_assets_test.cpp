@@ -58,7 +58,7 @@ void expectReadable(const fs::path& folder, std::size_t at_least) {
     for (const fs::path& file : files) {
         SCOPED_TRACE(file.string());
         GltfOptions options;
-        options.strict = true;  // an error if a texture cannot be decoded
+        options.strict = true;  // makes a texture that cannot be decoded an error
         try {
             expectSound(readGltf(file, options));
             ++read;

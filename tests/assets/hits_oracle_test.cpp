@@ -34,7 +34,7 @@ void expectAgreement(const std::string& name, const Scene& scene, int directions
     }
     agreement.print(name);
     EXPECT_GT(agreement.hits, agreement.rays / 10);
-    // 0.0005 %
+    // At most 0.0005 % of the rays may differ.
     EXPECT_LE(static_cast<double>(agreement.differing), 5e-6 * static_cast<double>(agreement.rays));
     EXPECT_LE(agreement.farthest, kTwoSteps);
     EXPECT_LE(agreement.largest_error, 1e-7);

@@ -43,7 +43,8 @@ constexpr Unusable kUnusable[] = {
     {"TYPE_MISMATCH", "/accessors"},
     {"TYPE_MISMATCH", "/meshes"},
     {"TYPE_MISMATCH", "/nodes"},
-    {"TYPE_MISMATCH", "/materials"},  // skipping a broken element would shift later indices
+    // Skipping a broken element would shift the indices of later elements.
+    {"TYPE_MISMATCH", "/materials"},
     {"UNDEFINED_PROPERTY", "/buffers"},
     {"UNDEFINED_PROPERTY", "/bufferViews"},
     {"UNDEFINED_PROPERTY", "/accessors"},

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Real models that need only the static core of glTF.
+// Real models without animations, skins, morph targets and most extensions.
 #pragma once
 
 #include <filesystem>

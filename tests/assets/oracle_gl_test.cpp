@@ -152,7 +152,8 @@ void compareWithEmbree(const fs::path& scene_path, const std::string& faces,
                 return (file.world_to_camera * glm::dvec4(p, 1)).z;
             };
             const double za = camera_z(a), zb = camera_z(b);
-            const glm::dvec3 per_z = (b - a) / (zb - za);  // advances camera z by 1
+            // This vector along the ray advances camera Z by 1.
+            const glm::dvec3 per_z = (b - a) / (zb - za);
             const glm::dvec3 origin = a - za * per_z;
             std::vector<float> hits = all_hits(origin, per_z, faces == "gltf");
             std::sort(hits.begin(), hits.end());

@@ -27,7 +27,7 @@ struct Surface {
 /// Collects the hits of all rays in a packet.
 struct Collector {
     test::EmbreeContext context{};      // must be first, since Embree passes this pointer back
-    std::vector<EmbreeHit> hits[16]{};  // by ray ID
+    std::vector<EmbreeHit> hits[16]{};  // hits of each ray, by ray ID
 };
 
 float wrapped(float coordinate, int wrap) {
@@ -116,7 +116,7 @@ struct Rays {
     }
 
     glm::vec3 origin, corner;
-    glm::vec3 origin_step[2], step[2];  ///< steps to the next pixel: right, and down
+    glm::vec3 origin_step[2], step[2];  ///< steps from a pixel to its right and lower neighbour
     float near, far;
 };
 

@@ -17,10 +17,10 @@ namespace peeler::benchmark {
 struct Options {
     std::string scene{};
     int width = 1920, height = 1080, runs = 3;
-    int bundles = 1;  ///< only for programs that trace bundles
+    int bundles = 1;  ///< number of bundles, only for programs that trace bundles
     /// The parts to measure, from the program's own list; empty = its default.
     std::vector<std::string> what{};
-    std::string folder = ".";  ///< for written files, which are removed afterwards
+    std::string folder = ".";  ///< folder for output files, which are removed afterwards
 };
 
 /// Parses SCENE [--size 1920x1080] [--bundles 1] [--runs 3] [--what A,B] [--folder .], and sets the

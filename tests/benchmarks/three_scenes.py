@@ -18,7 +18,7 @@ from scene_kit.shapes import quad, sphere  # noqa: E402
 # three.js filters cube faces a quarter as wide as the picture; with this width both programs use the same resolution.
 WIDTH, HEIGHT = 2048, 1024
 
-# Relative to gltf-sample-assets.
+# Paths of models, relative to gltf-sample-assets.
 MODELS: Tuple[str, ...] = (
     "2CylinderEngine/glTF/2CylinderEngine.gltf",
     "AlphaBlendModeTest/glTF/AlphaBlendModeTest.gltf",
@@ -52,7 +52,7 @@ MODELS: Tuple[str, ...] = (
     "TransmissionTest/glTF-Binary/TransmissionTest.glb",
     "UnlitTest/glTF-Binary/UnlitTest.glb",
     "VertexColorTest/glTF-Binary/VertexColorTest.glb",
-    # Some copies of the model collection lack these.
+    # The next models are missing in some copies of the model collection.
     "MetalRoughSpheres/glTF-Binary/MetalRoughSpheres.glb",
     "TextureTransformMultiTest/glTF-Binary/TextureTransformMultiTest.glb",
     "ToyCar/glTF-Binary/ToyCar.glb",

@@ -252,7 +252,7 @@ TEST_F(ViewPage, TellsWhatIsShown) {
     EXPECT_EQ(told["middle"], told["48,32"]);
     EXPECT_EQ(told["nowhere"], "Point at the picture: depth, layer, pixel, object.");
 
-    // A single layer.
+    // The page shows a single layer.
     EXPECT_EQ(told["of all"], "3 of 3");
     EXPECT_EQ(told["two"], "2 of 3");
     EXPECT_EQ(told["second"], "only 2 of 3");
@@ -278,12 +278,12 @@ TEST_F(ViewPage, TellsWhatIsShown) {
     // Channels of the second layer, of the first, and of all.
     EXPECT_EQ(told["ramp from"], "1");
     EXPECT_EQ(told["ramp to"], "3");
-    expectColor("layer_2", 48, 32, {35, 144, 139});  // middle of viridis
+    expectColor("layer_2", 48, 32, {35, 144, 139});  // the colour at the middle of viridis
     expectColor("layer_2", 5, 7, {0, 0, 0});
     expectColor("alpha_1", 48, 32, {128, 128, 128});
     expectColor("alpha_1", 5, 7, {255, 255, 255});
     expectColor("layer", 48, 32, {0xfd, 0xe7, 0x25});
-    expectColor("depth", 48, 32, {0xfc, 0xff, 0xa4});  // near end of inferno
+    expectColor("depth", 48, 32, {0xfc, 0xff, 0xa4});  // the colour near the end of inferno
     expectColor("depth", 5, 7, {0x21, 0x0c, 0x4a});
     expectColor("normal", 48, 32, {128, 128, 255});  // 0.5 + 0.5 (0, 0, 1)
     expectColor("normal", 5, 7, {128, 128, 255});
@@ -321,7 +321,7 @@ TEST_F(ViewPage, NeedsNothingElse) {
     for (const char* sign : {"http:", "https:", "src=", "@import", "url("})
         EXPECT_EQ(page.find(sign), std::string::npos) << sign;
     EXPECT_EQ(page.find("{{"), std::string::npos) << "a field was left open";
-    // render can write the same page directly.
+    // The verb render writes the same page directly.
     const auto file = sourceDir() / "examples" / "scenes" / "coincident.glb";
     ASSERT_EQ(run({"render", file, "-o", "direct.html", "--size", "64x36", "--exposure", "0",
                    "--environment", "none"})

@@ -195,7 +195,7 @@ def read(page, pixels):
         cycle.append(page.element("channel").get_attribute("value"))
     page.readings["cycle"] = cycle
 
-    # Move the camera.
+    # Moves the camera.
     def shift_drag():
         ActionChains(driver).key_down(Keys.SHIFT).perform()
         page.drag(20, -10).perform()

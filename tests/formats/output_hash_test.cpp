@@ -98,7 +98,7 @@ TEST(OutputHash, IsOfAllThatDecidesWhatIsInTheFile) {
     options.provenance.renderer = "other";
     options.provenance.method = "dual";
     EXPECT_FALSE(isNew());
-    options.as = "ldi";  // naming the default makes no difference
+    options.as = "ldi";  // the default kind, given by name, makes no difference
     EXPECT_FALSE(isNew());
     options.as = "deep";
     EXPECT_TRUE(isNew());

@@ -58,7 +58,7 @@ void takeDraco(Input input) {
     try {
         work(request, result);
     } catch (const std::bad_alloc&) {
-        // helper_main.cpp would report an error here.
+        // In peeler_decode, helper_main.cpp would report an error here.
     }
 }
 

@@ -120,7 +120,7 @@ TEST_P(Fuzz, TakesMutationsOfItsSeeds) {
 
 TEST_P(Fuzz, TakesWhatItOnceFound) {
     const fs::path folder = test::sourceDir() / "tests/fuzz/corpus" / GetParam().name;
-    if (!fs::exists(folder)) return;  // no findings so far
+    if (!fs::exists(folder)) return;  // this target has no findings so far
     for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
         SCOPED_TRACE(entry.path().string());
         const std::string bytes = test::bytesOf(entry.path());

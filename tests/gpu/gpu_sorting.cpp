@@ -23,14 +23,15 @@ struct Lists {
     std::vector<std::uint32_t> first{0}, words;
 
     Lists(std::size_t pixels, std::uint32_t most, bool alike) {
-        // If `alike`, runs of pixels have the same depths.
+        // If `alike`, 64 pixels in a row have the same depths.
         const std::size_t run = alike ? 64 : 1;
         std::minstd_rand random(most);
         std::vector<float> depths(most);
         for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
             if (pixel % run == 0)
                 for (float& depth : depths)
-                    depth = static_cast<float>(random() % 64) / 64.0F;  // so that some coincide
+                    // Only 64 different depths, so that some coincide.
+                    depth = static_cast<float>(random() % 64) / 64.0F;
             const std::uint32_t count =
                 most - static_cast<std::uint32_t>(random() % (most / 2 + 1));
             for (std::uint32_t k = 0; k < count; ++k) {
@@ -119,7 +120,7 @@ Json sorted(const gl::Functions& gl, const Settings& settings, std::uint32_t mos
     LayeredImage by_cpu, by_both;
     row["cpu"] = sortedByCpu(settings, lists, lists.words.data(), by_cpu);
     row["cpuAfterGpu"] = sortedByCpu(settings, lists, words, by_both);
-    const auto colors = by_cpu.color.as<std::uint32_t>();  // the colours identify the fragments
+    const auto colors = by_cpu.color.as<std::uint32_t>();  // a fragment's colour identifies it
     for (std::size_t i = 0; i < by_cpu.fragments(); ++i)
         if (!std::equal(words + kWords * i + 2, words + kWords * (i + 1), &colors[2 * i]))
             throw std::runtime_error("lists of " + std::to_string(most) + " in another order");

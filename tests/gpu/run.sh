@@ -86,7 +86,7 @@ tests() {
     PEELER_SOURCE=$here
     export PEELER_TEST_BACKEND PEELER_SOURCE
     for shard in 0 1 2 3 4 5 6 7; do
-        # As under ctest, the software rasteriser gets no extra threads.
+        # LP_NUM_THREADS=0: the software rasteriser gets no extra threads, as under ctest.
         (
             code=0
             GTEST_TOTAL_SHARDS=8 GTEST_SHARD_INDEX=$shard LP_NUM_THREADS=0 LD_LIBRARY_PATH=$libraries \

@@ -116,7 +116,7 @@ void printHashes(const std::string& name, const Scene& scene) {
     for (const glm::dvec3& direction :
          {glm::dvec3(1, 2, 3), glm::dvec3(0, 0, -1), glm::dvec3(-0.3, 0.01, 0.2)})
         views.push_back(parallelBundle("b", box, box, direction, {160}).view);
-    View eye;  // inside the box, so that triangles are clipped
+    View eye;  // a camera inside the box, so that triangles are clipped
     const glm::dvec3 toward(-0.5, -0.3, -0.8);
     eye.camera_to_world = *lookAlong(0.6 * box.max + 0.4 * box.min, toward, {0.1, 1, 0.2});
     eye.width = eye.height = 160;

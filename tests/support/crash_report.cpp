@@ -37,7 +37,7 @@ std::uintptr_t instruction(const void* context) {
 /// Prints the memory mappings that contain these addresses. They identify the crashed library if
 /// the code, compiled by a driver, has no name and no unwind information.
 void sayMaps(const std::array<std::uintptr_t, 2>& addresses) {
-    static std::array<char, 1 << 18> maps;  // static, since the heap may be corrupt
+    static std::array<char, 1 << 18> maps;  // static, because the heap may be corrupt
     std::size_t size = 0;
     const int file = open("/proc/self/maps", O_RDONLY | O_CLOEXEC);
     for (ssize_t got; (got = read(file, maps.data() + size, maps.size() - 1 - size)) > 0;)

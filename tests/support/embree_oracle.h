@@ -19,8 +19,8 @@ struct Triangle {
 
 struct TriangleSoup {
     std::vector<Triangle> triangles;
-    std::vector<float> vertices;      // 9 per triangle
-    std::vector<char> culled_behind;  // whether only front faces can be hit
+    std::vector<float> vertices;      // nine floats per triangle
+    std::vector<char> culled_behind;  // per triangle: whether only its front face can be hit
 };
 
 /// Returns the triangles of a scene in world space. Strips and fans become single triangles.

@@ -27,7 +27,7 @@ std::vector<HardScene> hardScenes() {
     scenes.push_back({"interpenetrating triangles", soup(150, 3, -4)});
     scenes.push_back({"across the near plane and behind the camera", soup(100, 6, 0)});
     {
-        SceneBuilder builder;  // each mesh is drawn three times in the same place
+        SceneBuilder builder;  // draws each mesh three times in the same place
         builder.scene() = soup(40, 2, -3);
         for (int mesh = 0; mesh < 40; ++mesh)
             for (int copy = 0; copy < 2; ++copy)

@@ -38,7 +38,7 @@ inline std::optional<double> meetingT(const Triangle& triangle, const DoubleRay&
     const glm::dvec3 from = glm::cross(ray.origin - a, e1);
     const double u = glm::dot(ray.origin - a, across) / determinant;
     const double v = glm::dot(ray.direction, from) / determinant;
-    // Edge-on triangles give NaN, which fails this test: no hit.
+    // Edge-on triangles give NaN, which fails the comparison, so there is no hit.
     if (!(u >= 0 && v >= 0 && u + v <= 1)) return std::nullopt;
     return glm::dot(e2, from) / determinant;
 }
@@ -208,7 +208,7 @@ class HitsOracle {
                     HitAgreement& agreement) const {
         const LayeredImage& image = traced.image;
         const glm::dvec2 at = glm::dvec2(x, y) + view.sample;
-        DoubleRay ray;  // the unit of its t is camera Z
+        DoubleRay ray;  // with this direction, t equals camera Z
         ray.origin = worldPosition(view, at.x, at.y, 0);
         ray.direction = worldPosition(view, at.x, at.y, 1) - ray.origin;
         const std::vector<DoubleHit> expected = hits_(ray);

@@ -40,7 +40,7 @@ inline std::map<std::string, StoredArray> readNpz(const std::filesystem::path& p
     for (std::size_t at = 0; bytes.compare(at, 4, "PK\x03\x04") == 0;) {
         const std::size_t name_size = number(at + 26, 2), extra = number(at + 28, 2);
         const std::string name = bytes.substr(at + 30, name_size);
-        const std::size_t size = number(at + 30 + name_size + 4, 8);  // from the ZIP64 field
+        const std::size_t size = number(at + 30 + name_size + 4, 8);  // the size in the ZIP64 field
         const std::string npy = bytes.substr(at + 30 + name_size + extra, size);
         const std::size_t header = 10 + number(at + 30 + name_size + extra + 8, 2);
         const std::string text = npy.substr(10, header - 10);

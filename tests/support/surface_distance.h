@@ -64,7 +64,7 @@ class SurfaceDistance {
         const glm::dvec3 nearest =
             nearestPoint(search->soup->triangles[arguments->primID], search->point);
         search->distance = std::min(search->distance, glm::distance(nearest, search->point));
-        return false;  // keeps the radius, which is already small
+        return false;  // tells Embree to keep the radius, which is already small
     }
 
     const TriangleSoup& soup_;

@@ -198,7 +198,7 @@ def run(verb, arguments, output="--output", **keywords):
             result = _worker.run(verb, [*arguments, f"{output}={path}"], **keywords)
             return result, mapped(path)
         except Error as error:
-            # The folder for temporary files may have more room.
+            # Retries in the folder for temporary files, which may have more room than shared memory.
             if error.kind != "output" or not shared or not path.startswith(_SHARED):
                 raise
         finally:

@@ -47,7 +47,7 @@ class Gate {
   public:
     explicit Gate(fs::path path)
         : path_(std::move(path)), file_(open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600)) {
-        std::signal(SIGIO, SIG_IGN);  // the kernel sends SIGIO when a reader waits
+        std::signal(SIGIO, SIG_IGN);  // ignores SIGIO, which the kernel sends when a reader waits
         EXPECT_EQ(fcntl(file_, F_SETLEASE, F_WRLCK), 0) << std::strerror(errno);
     }
     /// Whether a reader waits to open the file.

@@ -149,7 +149,7 @@ TEST_F(CheckVerb, AThinWallIsAProblemIfItIsAskedFor) {
     // The thinnest wall is above the window, between 18.8 and 20 mm.
     EXPECT_NEAR(wall.at("from")[2].get<double>() + wall.at("to")[2].get<double>(), -0.0388, 1e-8);
     EXPECT_EQ(onlyProblem(json(scene, 3, {"--min-wall", "1.21"})), "thinWalls");
-    // In millimetres, the same thickness is 0.0012 mm.
+    // With --unit mm, the thickness of 0.0012 units is 0.0012 mm.
     EXPECT_EQ(json(scene, 3, {"--min-wall", "0.0013", "--unit", "mm"}).at("metresPerUnit"), 0.001);
     EXPECT_EQ(check(scene, {"--min-wall", "0.0011", "--unit", "mm"}).exit_code, 0);
 }

@@ -175,9 +175,9 @@ TEST(Progress, PlainIsAtMostALineASecondAndTenPercent) {
     console.setProgress(ProgressStyle::kAuto);
     console.progressLines().setClock(hand.clock());
     ProgressReport progress(console, "render");
-    progress.update(0.5);  // less than a second since the start
+    progress.update(0.5);  // shows nothing in the first second
     hand.pass(1.5);
-    progress.update(0.05);  // less than a tenth since the start
+    progress.update(0.05);  // shows nothing before a tenth of the stage is done
     progress.update(0.2);
     progress.update(0.9);
     hand.pass(1);
@@ -214,7 +214,7 @@ TEST(Progress, BarIsClearedAtTheEnd) {
         EXPECT_NE(streams.err.str().find("[###############...............] 50 %"),
                   std::string::npos)
             << streams.err.str();
-        progress.update(0.51);  // too soon after the previous line
+        progress.update(0.51);  // shows nothing so soon after the previous line
         EXPECT_EQ(streams.err.str().find("51"), std::string::npos);
     }
     EXPECT_EQ(streams.err.str().find('\n'), std::string::npos);
@@ -224,7 +224,7 @@ TEST(Progress, BarIsClearedAtTheEnd) {
 TEST(Progress, JsonLinesBeginAtZeroAndEndAtOne) {
     Streams streams;
     Console console(streams.out, streams.err, false);
-    console.setQuiet(true);  // JSON lines are printed even with --quiet
+    console.setQuiet(true);  // the console prints JSON lines even with --quiet
     HandClock hand;
     {
         console.setProgress(ProgressStyle::kJson);
@@ -264,7 +264,7 @@ TEST(Progress, NoneSaysNothing) {
 std::vector<std::string> toldOfTwoStages(ProgressStyle style) {
     Streams streams;
     Console console(streams.out, streams.err, true);
-    console.setQuiet(true);  // progress lines are printed even with --quiet
+    console.setQuiet(true);  // the console prints progress lines even with --quiet
     HandClock hand;
     for (const Stage& stage : {Stage("count", kCountEnd), Stage("render")}) {
         console.setProgress(style);
@@ -293,7 +293,7 @@ TEST(Progress, AlfIsWholePercentsThatGrow) {
 }
 
 TEST(Progress, OpenJdIsAShareOfAHundredThatNeverFalls) {
-    // The expression is that of openjd-sessions, _action_filter.py.
+    // The regular expression is copied from openjd-sessions, _action_filter.py.
     const std::regex published("^openjd_(progress|status|fail): (.+)$");
     double last = 0;
     std::vector<std::string> status;
@@ -387,7 +387,7 @@ TEST(Report, Numbers) {
     EXPECT_EQ(bytesText(999), "999 B");
     EXPECT_EQ(bytesText(1000), "1.0 kB");
     EXPECT_EQ(bytesText(999'999), "1.0 MB");
-    // Test vectors by FNV-1a's authors.
+    // These test vectors are by FNV-1a's authors.
     EXPECT_EQ(hashText(""), "cbf29ce484222325");
     EXPECT_EQ(hashText("foobar"), "85944171f73967e8");
 }

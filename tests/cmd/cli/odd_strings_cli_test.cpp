@@ -144,16 +144,16 @@ TEST_F(OddStrings, OfAttributes) {
         return std::string(std::istreambuf_iterator<char>(file), {});
     }();
     const std::vector<std::pair<std::string, std::string>> changes = {
-        {"[f][i][r][s][t]*", "\xe8\x1b[31m\xff\xfe\x80-it*\xc0\xaf"},  // peeler:settings
-        {"scene.gltf", "\xff\x1b[2J\xe8.glt"},                         // peeler:scene
-        {"{\"channels\"", "[[[[[[[[[[["},                              // peeler:settings
+        {"[f][i][r][s][t]*", "\xe8\x1b[31m\xff\xfe\x80-it*\xc0\xaf"},  // in peeler:settings
+        {"scene.gltf", "\xff\x1b[2J\xe8.glt"},                         // in peeler:scene
+        {"{\"channels\"", "[[[[[[[[[[["},                              // in peeler:settings
         {"\"include\":[", "\"include\":{["},
         {"\"name\":",
          "\"na\xff"
-         "e\":"},  // peeler:cameraJson
+         "e\":"},  // in peeler:cameraJson
         {"layer_000", "layer\x1b\xff\x80"},
         {"id.object", "id.o\x1b[\xff\xe8"},
-        {"camera z", "\x1b[31m\xffz\n"},  // peeler:depth
+        {"camera z", "\x1b[31m\xffz\n"},  // in peeler:depth
     };
     for (const auto& [from, to] : changes) {
         std::string changed = bytes;

@@ -55,7 +55,7 @@ class AllVerbs {
 
     ArgumentParser parser_;
     std::map<std::string, VerbOptions, std::less<>> options_;
-    std::vector<VerbAction> actions_;  ///< own the variables that options set
+    std::vector<VerbAction> actions_;  ///< the actions own the variables that options set
 };
 
 TEST(OptionNames, AreOptionsAndVerbsThatExist) {

@@ -289,7 +289,7 @@ TEST_F(Results, FlatImagesAreWritten) {
     std::vector<std::string> first{"render",        scene_.string(), "-o",
                                    direct.string(), "--size",        "96x64"};
     std::vector<std::string> second{"flatten", image_.string(), "-o", flat.string()};
-    // The settings with which the EXR was rendered.
+    // Uses the settings with which the EXR was rendered.
     first.insert(first.end(), {"--samples", "1", "--environment", "none"});
     first.insert(first.end(), look.begin(), look.end());
     second.insert(second.end(), look.begin(), look.end());

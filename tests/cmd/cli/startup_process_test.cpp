@@ -150,7 +150,7 @@ fs::path webpScene(const ScratchDir& scratch) {
     return scratch / "scene.gltf";
 }
 
-/// Writes the triangle as one that claims Draco compression.
+/// Writes a triangle that claims to have Draco compression. Returns the scene file.
 fs::path dracoScene(const ScratchDir& scratch) {
     constexpr const char* kName = "KHR_draco_mesh_compression";
     nlohmann::json scene = triangleScene();

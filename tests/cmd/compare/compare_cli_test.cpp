@@ -118,7 +118,7 @@ TEST_F(CompareCommand, ThresholdsAreLimitsOfTheExitCode) {
         std::vector<std::string> thresholds;
         int exit_code;
     };
-    const Row rows[] = {{{"--max-color", "0.26"}, 1},  // --max-depth is 0 by default
+    const Row rows[] = {{{"--max-color", "0.26"}, 1},  // fails, because --max-depth is 0 by default
                         {{"--max-depth", "0.126"}, 1},
                         {{"--max-depth", "0.126", "--max-color", "0.26"}, 0},
                         {{"--max-depth", "0.126", "--max-color", "0.24"}, 1},
@@ -257,8 +257,8 @@ TEST_F(CompareCommand, TheHeatMapShowsWhere) {
         for (std::size_t c = 0; c < 3; ++c)
             EXPECT_EQ(byteAt(pixel, c), bytes[c]) << pixel << ' ' << c;
     };
-    expectColor(changed, {188, 55, 84});    // middle of the ramp
-    expectColor(dropped, {110, 240, 255});  // cyan
+    expectColor(changed, {188, 55, 84});    // the colour at the middle of the ramp
+    expectColor(dropped, {110, 240, 255});  // cyan: the largest difference in fragment counts
     std::size_t black = 0;
     for (std::size_t p = 0; p < heat.rgba.size(); ++p)
         black += byteAt(p, 0) == 0 && byteAt(p, 1) == 0 && byteAt(p, 2) == 4 ? 1 : 0;

@@ -97,7 +97,8 @@ TEST_F(ArrayDialect, TheDefaultMaterialIsNone) {
     PEELER_REQUIRE_PYTHON("numpy");
     Json scene = stackScene(3);
     Json& primitives = scene["meshes"][0]["primitives"];
-    primitives[0].erase("material");  // the default material is one-sided, seen from the front
+    // The default material is one-sided, and the camera sees the front.
+    primitives[0].erase("material");
     const std::string file = writeScene(scratch_.path(), scene);
     make(file, "front");
     const Outcome none = runPython(R"(

@@ -252,7 +252,8 @@ TEST_F(ExtractCommand, APictureOfALayerIsStraightAndEncoded) {
     const FlatImage flat = readFlatImage(path("l.png"));
     // The picture covers the crop, not only the layer's data window.
     EXPECT_EQ(flat.image.window, (Window{0, 0, 2, 2}));
-    EXPECT_NEAR(flat.image.rgba[0][0], 0.5F, 2e-3F);  // premultiplied by readFlatImage()
+    // ReadFlatImage() returns premultiplied colours.
+    EXPECT_NEAR(flat.image.rgba[0][0], 0.5F, 2e-3F);
     EXPECT_NEAR(flat.image.rgba[0][3], 0.5F, 2e-3F);
     EXPECT_EQ(flat.image.rgba[1][3], 0);
     ASSERT_EQ(extract({in, "-o", path("m.##.png"), "--layer", "1", "--layer", "0-1", "--tone-map",
@@ -286,11 +287,11 @@ TEST_F(ExtractCommand, DepthComplexityCountsFragments) {
     const auto byte = [&](std::size_t pixel, std::size_t c) {
         return std::lround(255 * srgbFromLinear(flat.image.rgba[pixel][c]));
     };
-    EXPECT_EQ(byte(0, 0), 252);  // last anchor of the ramp
+    EXPECT_EQ(byte(0, 0), 252);  // red and blue at the end of the colour ramp
     EXPECT_EQ(byte(0, 2), 164);
     EXPECT_EQ(byte(1, 0), 0);
     EXPECT_EQ(byte(1, 2), 4);
-    EXPECT_EQ(byte(2, 0), 188);  // middle of the ramp
+    EXPECT_EQ(byte(2, 0), 188);  // red at the middle of the colour ramp
 }
 
 TEST_F(ExtractCommand, InfoPrintsTheNumbersOfThePoints) {
@@ -399,7 +400,7 @@ TEST_F(ExtractCommand, WhatItRefuses) {
     const Outcome result = extract({path("damaged.exr"), "--points", path("p.ply")});
     EXPECT_EQ(result.exit_code, 3) << result.err;
     EXPECT_EQ(scratch_.files().size(),
-              3U);  // the earlier files; neither an output nor a temporary file
+              3U);  // the three earlier files; there is no output and no temporary file
 }
 
 }  // namespace

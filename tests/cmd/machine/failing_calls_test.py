@@ -143,7 +143,7 @@ AMBIGUOUS = "unable to decompress"
 # A decoder's input and output are files in memory, which are written like other files.
 IN_MEMORY = "no memory for a decoder's data"
 
-# OpenEXR itself opens the file once to read it back.
+# To read a file back, OpenEXR itself opens it once.
 READ_BACK = "does not read back"
 
 # The record in failing_calls.h: its layout, and the names of the calls.

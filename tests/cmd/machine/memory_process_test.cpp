@@ -31,7 +31,7 @@ TEST(Memory, AHugePictureStaysUnderItsBudget) {
     // Even in the short run, the picture has more than one raster tile and would exceed the budget
     // without bands.
     const std::string size = exhaustive() ? "8192x4096" : "8192x2048";
-    const std::uint64_t budget = exhaustive() ? 2048 : 500;  // in MiB
+    const std::uint64_t budget = exhaustive() ? 2048 : 500;  // MiB
     const auto json =
         renderEngine(scratch / "huge.exr",
                      {"--size", size, "--faces", "both", "--memory", std::to_string(budget) + "M"});

@@ -22,7 +22,8 @@ using Strings = std::vector<std::string>;
 
 /// Returns an environment without the settings of a scheduler that may run the tests.
 Strings with(const Strings& more) {
-    Strings environment = more;  // first, because the first occurrence of a name counts
+    // `more` comes first, because the first occurrence of a name counts.
+    Strings environment = more;
     for (const char* name : {"SLURM_CPUS_PER_TASK=", "SLURM_MEM_PER_NODE=", "SLURM_MEM_PER_CPU=",
                              "CUE_THREADS=", "CUE_MEMORY="})
         environment.emplace_back(name);
@@ -156,10 +157,11 @@ class FewThreads : public testing::TestWithParam<const char*> {
     ScratchDir scratch_;
     const std::string scene_ = writeScene(scratch_.path(), stackScene(3)).string();
     const fs::path out_ = scratch_ / "out.exr";
-    const std::string user_ = std::to_string(50000 + getpid() % 10000);  // has no other processes
+    // A user without other processes.
+    const std::string user_ = std::to_string(50000 + getpid() % 10000);
 };
 
-/// A regression test: this used to hang in the driver.
+/// This is a regression test: the driver used to hang.
 TEST_P(FewThreads, AreAnErrorWhereThereAreNone) {
     for (const char* backend : {"egl", "osmesa"}) {
         const CommandResult none = render(1, {"--backend", backend, "--threads", "2"});

@@ -43,7 +43,7 @@ TEST_F(Threads, AreTheSameInLoopsRasterizerAndLibraries) {
     setThreads(3);
     imageLibrary();  // sets its number of threads when it is loaded, and at every later change
     EXPECT_EQ(threadCount(), 3);
-#ifndef __SANITIZE_THREAD__  // such builds use no threads
+#ifndef __SANITIZE_THREAD__  // builds with ThreadSanitizer use no threads
     EXPECT_EQ(rasterizer(), "3");
     EXPECT_EQ(openImageIo("threads"), 3);
     EXPECT_EQ(openImageIo("exr_threads"), 3);

@@ -300,7 +300,7 @@ TEST_F(MasksCommand, OfManyViewsAreThoseOfTheirParts) {
     EXPECT_EQ(bytesIn(scratch_ / "parts"), bytesIn(scratch_ / "whole"));
     again.insert(again.end(), {"--see-through", "0.9"});
     EXPECT_EQ(skipped(run(line(again, "whole"))), std::vector<int>());
-    // Files written with other settings are removed.
+    // A run with --as coco removes the files written with other settings.
     again.insert(again.end(), {"--as", "coco"});
     run(line(again, "whole"));
     EXPECT_FALSE(fs::exists(scratch_ / "whole/mask/000000_000000.png"));

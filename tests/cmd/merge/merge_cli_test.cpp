@@ -40,8 +40,7 @@ class MergeCommand : public testing::Test {
     /// Returns the version that merge will record in its output.
     static std::string version() {
         const std::string text = runPeeler({"--version"}).out;
-        // The output is "peeler 1.2.3 (commit)
-        // ".
+        // The output is the line "peeler 1.2.3 (commit)".
         return text.substr(7, text.find_first_of(" \n", 7) - 7);
     }
     Outcome merge(std::vector<std::string> tiles,
@@ -336,7 +335,7 @@ TEST_F(MergeCommand, WhatDoesNotBelongTogether) {
     ++large.plan.view.height;
     large.plan.view.projection.half_height *= 2;
     plain.image.extra.clear();
-    std::size_t fragment = 0;  // first fragment of the column that both tiles contain
+    std::size_t fragment = 0;  // index of the first fragment in the column that both tiles contain
     for (int y = 0; fragment == 0; ++y) {
         const std::size_t pixel = right.image.pixelIndex(39, y);
         if (right.image.count(pixel) != 0) fragment = right.image.offsets[pixel];

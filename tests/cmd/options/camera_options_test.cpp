@@ -209,9 +209,10 @@ TEST(Framing, LooksAtFlatScenesFromTheFront) {
             << found.x << ' ' << found.y << ' ' << found.z;
     };
     expect(forward({{-2, -1, 0}, {2, 1, 0}}), {0, 0, -1});
-    expect(forward({{-2, -1, 0}, {2, 1, 0.098}}), {0, 0, -1});  // thinner than a twentieth of 2
+    // The depth is less than 1/20 of the height, 2.
+    expect(forward({{-2, -1, 0}, {2, 1, 0.098}}), {0, 0, -1});
     expect(forward({{0, -1, -2}, {0, 1, 2}}), {-1, 0, 0});
-    expect(forward({{-2, 0, -1}, {2, 0, 1}}), {0, -1, 0});  // a floor is seen from above
+    expect(forward({{-2, 0, -1}, {2, 0, 1}}), {0, -1, 0});  // the camera sees a floor from above
     EXPECT_GT(view(boxScene({{-2, 0, -1}, {2, 0, 1}})).camera_to_world[1].z, -1.001);
     expect(glm::dvec3(view(boxScene({{-2, 0, -1}, {2, 0, 1}})).camera_to_world[1]), {0, 0, -1});
     // Thicker boxes, a rod and a point are not flat.
@@ -238,7 +239,7 @@ TEST(Framing, LooksAtFlatScenesFromTheSideThatTheyShow) {
     EXPECT_EQ(forward({0, 1, 3, 0, 3, 2}, false).z, -1);
     EXPECT_EQ(forward({0, 3, 1, 0, 2, 3}, false).z, 1);
     EXPECT_EQ(forward({0, 1, 3, 0, 3, 2}, true).z, -1);
-    // Both sides are visible, so the front is used.
+    // One triangle faces each way, so the camera looks at the front.
     EXPECT_EQ(forward({0, 1, 3, 3, 1, 0}, false).z, -1);
 }
 
@@ -278,7 +279,7 @@ TEST(BuiltCamera, RefusesWhatCannotBe) {
     CameraOptions parallel;
     parallel.eye = glm::dvec3(0, 10, 0);
     parallel.up = glm::dvec3(0, -3, 0);
-    // By default the target is the centre.
+    // By default the target is the centre, which is straight below the eye.
     EXPECT_EQ(failure(scene, parallel)->kind(), ErrorKind::kUsage);
     parallel.target = glm::dvec3(0, 0, 0);
     // With an explicit target, the error is found without the scene.

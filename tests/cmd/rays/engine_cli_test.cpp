@@ -16,7 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 using Words = std::vector<std::string>;
 
-/// Instantiated for each verb that has the option.
+/// Instantiated for each verb with the option --engine.
 class Engines : public testing::TestWithParam<const char*> {
   protected:
     Outcome run(const Words& more) const {

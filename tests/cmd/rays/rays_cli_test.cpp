@@ -342,7 +342,7 @@ TEST_P(RaysCli, LinesAndPointsAreNotHit) {
     Json lines = triangleScene();
     Json& primitives = lines["meshes"][0]["primitives"];
     primitives.push_back(primitives[0]);
-    primitives[1]["mode"] = 2;  // the triangle's outline
+    primitives[1]["mode"] = 2;  // LINE_LOOP: draws the triangle's outline
     primitives.push_back(primitives[0]);
     primitives[2]["mode"] = 0;
     const auto hits = [&] {
@@ -379,7 +379,7 @@ TEST_P(RaysCli, AnOpenMeshFailsTheParity) {
     EXPECT_EQ(run.exit_code, 3);
     EXPECT_NE(run.err.find("first"), std::string::npos) << run.err;
     EXPECT_NE(run.err.find("3 edges are open"), std::string::npos) << run.err;
-    // The report is written, the file of hits is not.
+    // The command writes the report, but not the file of hits.
     const Outcome file = rays({"--axes", "--resolution", "32", "--parity", "fail", "-o", out(),
                                "--report", out("report.json")});
     EXPECT_EQ(file.exit_code, 3);

@@ -61,7 +61,8 @@ class Appearance : public testing::Test {
             for (const int bright : {0, 1, 1, 2}) {
                 std::string pixel(4, '\0');
                 pixel[static_cast<std::size_t>(bright)] = static_cast<char>(0x80);
-                pixel[3] = static_cast<char>(0x82);  // exponent: 0x80 means a factor of 2
+                // Exponent 0x82: a mantissa of 0x80 gives radiance 2.
+                pixel[3] = static_cast<char>(0x82);
                 text += pixel;
             }
         }
@@ -124,7 +125,8 @@ TEST_F(Appearance, AnEnvironmentLightsTheScene) {
     const glm::vec4 aside = rendered(turned);
     EXPECT_NE(settings_hash_, hash);
     // The wall now faces the former −X, which is half green and half blue.
-    EXPECT_NEAR(aside.g, aside.b + aside.r, 0.02F);  // some red comes from beyond the blue
+    // The wall also receives some red from beyond the blue.
+    EXPECT_NEAR(aside.g, aside.b + aside.r, 0.02F);
     EXPECT_LT(aside.r, 0.3F);
     turned.back() = "360";
     EXPECT_EQ(rendered(turned), ahead);

@@ -211,7 +211,8 @@ Held heldBy(pid_t pid) {
 
 TEST(LongSequence, MemoryAndFilesStayAsTheyAreAfterTheTenth) {
     const int frames = exhaustive() ? 1000 : 100;
-    const int half = frames / 2, last = frames * 7 / 10;  // early enough that many frames remain
+    // `last` is early enough that many frames remain.
+    const int half = frames / 2, last = frames * 7 / 10;
     const ScratchDir scratch;
     StartedCommand run(peelerCommand(animation("1-" + std::to_string(frames), scratch.path())));
     const auto heldAtFrame = [&](int frame) {
@@ -277,7 +278,7 @@ TEST(Anywhere, TheSameBytes) {
         const fs::path german = folder("german");
         const std::vector<std::string> environment{"LOCPATH=" + locales.string(),
                                                    "LANG=de_DE.UTF-8", "LC_ALL=de_DE.UTF-8"};
-        // Check that the locale is in effect.
+        // Checks that the locale is in effect.
         EXPECT_EQ(runCommand({"printf", "%.1f", "1,5"}, environment).out, "1,5");
         ASSERT_EQ(runPeelerProcess(animation("1-4", german), environment).exit_code, 0);
         EXPECT_EQ(filesIn(german), expected);

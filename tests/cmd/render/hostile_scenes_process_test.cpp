@@ -157,7 +157,8 @@ TEST(HostileScenes, APictureOf60000SquareIsNotDecoded) {
 TEST(HostileScenes, AChainOfAMillionNodesIsRefused) {
     const ScratchDir scratch;
     Json scene = triangleScene();
-    const int count = exhaustive() ? 1000000 : 100000;  // quadratic time is too long for both
+    // In quadratic time, either count would take too long.
+    const int count = exhaustive() ? 1000000 : 100000;
     std::string nodes = "[";
     for (int i = 0; i + 1 < count; ++i)
         nodes += "{\"children\":[" + std::to_string(i + 1) + "]},";

@@ -245,7 +245,8 @@ TEST_F(Sequence, KeepGoingDoesTheOthersAndListsWhatFailed) {
 }
 
 TEST_F(Sequence, TheWorstExitCodeWins) {
-    fs::create_directory(frame(1));  // exit code 4; the other frames are incomplete, code 6
+    // Frame 1 fails with code 4; the other frames are incomplete, code 6.
+    fs::create_directory(frame(1));
     EXPECT_EQ(render({"--frames", "1-3", "--keep-going", "--strict", "--layers", "1"}).exit_code,
               6);
     EXPECT_EQ(render({"--frames", "1-3", "--keep-going", "--camera", "none"}).exit_code, 2);
@@ -272,7 +273,7 @@ TEST_F(Sequence, DryRunTellsAndWritesNothing) {
                                           "--dry-run", "--report", "/nonexistent/r"}))
                   .exit_code,
               0);
-    // The plan's hash must be that of the rendered file.
+    // The hash in the plan must equal the hash in the rendered file.
     ASSERT_EQ(render({"--frames", "1-4", "--chunk", "1/2", "--tile", "2/2"}).exit_code, 0);
     const CommandResult info = runPeelerProcess({"info", frame(1), "--json"});
     EXPECT_NE(info.out.find(pictures[0].at("settingsHash").get<std::string>()), std::string::npos);
@@ -367,7 +368,7 @@ TEST_F(Sequence, AFolderThatGoesAway) {
     while (!fs::exists(folder / "f.2.exr") && run.running())
         std::this_thread::sleep_for(1ms);
     std::error_code failure;
-    while (fs::exists(folder) && run.running())  // the process may still be writing
+    while (fs::exists(folder) && run.running())  // the process may still be writing these files
         fs::remove_all(folder, failure);
     const CommandResult result = run.wait();
     EXPECT_EQ(result.exit_code, 4) << result.err;

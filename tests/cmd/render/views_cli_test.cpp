@@ -151,7 +151,7 @@ TEST_F(Views, ThatAreThereAreLeftAlone) {
     EXPECT_TRUE(views[0].contains("skipped"));
     EXPECT_FALSE(views[1].contains("skipped"));
     EXPECT_TRUE(views[2].contains("skipped"));
-    // If the scene's scale changes, the picture changes, too.
+    // A different scale of the scene changes the picture.
     std::vector<std::string> other = asked;
     other.insert(other.end(), {"--normalize", "unit-cube"});
     const Json again = rendered("@.exr", other);

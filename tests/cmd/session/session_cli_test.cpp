@@ -130,7 +130,7 @@ TEST_F(SessionTest, KeepsContextsAndWhatIsUploaded) {
 }
 
 TEST_F(SessionTest, ForgetsWhatWasUsedLongestAgo) {
-    cmd::Session session(messages_, 1);  // a limit that keeps only scenes in use
+    cmd::Session session(messages_, 1);  // a limit of one byte, which keeps only scenes in use
     const fs::path second = folder_ / "second.obj";
     writeTriangle(second, 3);
     cmd::SceneRequest other = request();

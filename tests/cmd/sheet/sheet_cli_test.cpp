@@ -75,7 +75,7 @@ TEST_F(SheetCommand, CellsShowTheirPixels) {
         const int x = 4 + column * 100 + 48, y = page.window.height() - from_bottom;
         return page.rgba[static_cast<std::size_t>(y * page.window.width() + x)];
     };
-    // Heights above the lower edge of the page.
+    // Pixels above the lower edge of the page, inside the two rows of cells.
     const int lower = 20, upper = lower + 64 + 2 * 4 + 21;
     EXPECT_NEAR(at(0, upper)[0], 1 - 1 / 32.0, 0.01);  // composite
     EXPECT_NEAR(at(1, upper)[0], 0.5, 0.01);           // layer 0
@@ -199,7 +199,8 @@ class SheetOfAScene : public testing::Test {
 };
 
 // Sorted, red is 1/2 and green 1/4. In draw order, green covers red: red is 1/4 and green 1/2.
-constexpr double kUnsortedRmse = 0.25 / 1.41421356;  // two of four channels are off by 1/4
+// Two of the four channels have an error of 1/4.
+constexpr double kUnsortedRmse = 0.25 / 1.41421356;
 
 TEST_F(SheetOfAScene, ShowsUnsortedBlendingBesideTheComposite) {
     const Json all = cells({});
@@ -212,7 +213,7 @@ TEST_F(SheetOfAScene, ShowsUnsortedBlendingBesideTheComposite) {
     cells({"--background", "#000000"});
     const CompositeImage page = readFlatImage(sheet_).image;
     for (const int column : {0, 1}) {
-        const int x = 4 + 100 * column + 48, y = 4 + 21 + 40;  // inside the two upper cells
+        const int x = 4 + 100 * column + 48, y = 4 + 21 + 40;  // a point inside the two upper cells
         const auto& pixel = page.rgba[static_cast<std::size_t>(y * page.window.width() + x)];
         EXPECT_NEAR(pixel[0], column == 0 ? 0.5 : 0.25, 0.01);
         EXPECT_NEAR(pixel[1], column == 0 ? 0.25 : 0.5, 0.01);
@@ -228,7 +229,7 @@ TEST_F(SheetOfAScene, ShowsUnsortedBlendingBesideTheComposite) {
 TEST_F(SheetOfAScene, ShowsWhatTheClipVolumeLeaves) {
     // The nearer triangle is at z = 0, the other at -0.1.
     const std::vector<std::string> behind{"--clip-plane", "0,0,-1,-0.05"};
-    EXPECT_EQ(cells(behind).size(), 3U);  // composite, plain blending and one layer
+    EXPECT_EQ(cells(behind).size(), 3U);  // the composite, plain blending and one layer
     auto of_methods = behind;
     of_methods.insert(of_methods.end(), {"--methods", "all"});
     for (const Json& cell : cells(of_methods))
@@ -253,7 +254,7 @@ TEST_F(SheetOfAScene, ComparesEveryMethod) {
         const Json& cell = all.at(i);
         EXPECT_TRUE(cell.at("label").get<std::string>().starts_with(methods[i].name));
         EXPECT_GE(cell.at("passes"), 1);
-        if (i == 0) continue;  // the reference
+        if (i == 0) continue;  // cell 0 is the reference for the errors
         if (methods[i].exact()) {
             EXPECT_LT(cell.at("max"), 1e-6) << methods[i].name;
         } else {

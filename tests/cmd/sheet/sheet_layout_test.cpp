@@ -54,7 +54,8 @@ TEST(SheetLayout, ExposureActsOnCellsAlone) {
     const CompositeImage plain = layOut(one, style);
     style.exposure = 1;
     const CompositeImage brighter = layOut(one, style);
-    EXPECT_EQ(plain.rgba.front(), brighter.rgba.front());  // unaffected by exposure
+    // The exposure does not affect the background.
+    EXPECT_EQ(plain.rgba.front(), brighter.rgba.front());
     const std::size_t inside = plain.rgba.size() - 10 * 48 - 20;
     EXPECT_FLOAT_EQ(plain.rgba[inside][0], 0.1F);
     EXPECT_FLOAT_EQ(brighter.rgba[inside][0], 0.2F);

@@ -208,7 +208,7 @@ TEST_F(VerifyCommand, IncompleteFiles) {
     SyntheticPicture picture = picture_;
     picture.plan.fragments_counted += 5;
     expect(write("a.exr", {}, picture), 6, "not complete: ");
-    // The worst exit code of all files counts.
+    // With several files, verify returns the worst exit code.
     writeText(path("b.exr"), "no picture");
     EXPECT_EQ(verify({path("a.exr"), path("b.exr")}).exit_code, 3);
 }
@@ -260,7 +260,7 @@ TEST_F(VerifyCommand, CamerasThatContradictThemselves) {
 
 TEST_F(VerifyCommand, ASequence) {
     const std::vector<std::string> frames{writeFrame(1), writeFrame(3), writeFrame(5)};
-    EXPECT_EQ(verify(frames).exit_code, 0);  // every second frame: a regular sequence
+    EXPECT_EQ(verify(frames).exit_code, 0);  // every second frame is a regular sequence
     const std::string seventh = writeFrame(9);
     const Outcome gap = verify({frames[0], frames[1], frames[2], seventh});
     EXPECT_EQ(gap.exit_code, 6);

@@ -161,8 +161,8 @@ TEST_P(Bake, NothingOccludesAConvexBody) {
         Bakery bakery(GetParam(), builder.scene());
         const auto ao = bakery.atVertices(settingsOf(BakeQuantity::kAmbientOcclusion, 256));
         SCOPED_TRACE(round ? "sphere" : "box");
-        // Bundles sample a facet at their rays, which extends the facet beyond its edges; hence the
-        // tolerances. The sphere has many edges, so its tolerance is larger.
+        // A bundle samples facets only at its rays, so a facet may seem to extend beyond its edges.
+        // The tolerances allow this error, which is larger for the many edges of the sphere.
         expectAll(ao, 1, round ? 0.03 : 5e-4);
         EXPECT_GT(mean(ao), 0.998);
     }
@@ -260,7 +260,7 @@ TEST_P(Bake, APlainSeesTheWholeSkyAndAWallHalfOfIt) {
     EXPECT_LT(sky[0], 0.95);  // the wall hides some of the sky
     EXPECT_NEAR(sky[1], 0.5, 0.01);
     EXPECT_NEAR(sky[2], 0.5, 0.01);
-    EXPECT_GT(open[1], 0.6);  // below the horizon, rays are also unoccluded
+    EXPECT_GT(open[1], 0.6);  // ambient occlusion also counts unoccluded rays below the horizon
     SceneBuilder plain;
     plate(plain, glm::vec3(0), 3, plain.material(glm::vec4(1), AlphaMode::kOpaque));
     Bakery lone(GetParam(), plain.scene());
@@ -342,7 +342,7 @@ TEST_P(Bake, LightBouncesInABowlByItsFormFactor) {
         // Every point of the white bowl sees half of the sky and half of the bowl.
         EXPECT_NEAR(mean(light), 2 * kPi * (1 - std::pow(0.5, bounces + 1)), 0.02 * 2 * kPi);
         const float most = std::ranges::max(light);
-        EXPECT_LT(most, 2 * kPi * 1.0001);  // nothing is brighter than the sky
+        EXPECT_LT(most, 2 * kPi * 1.0001);  // no reflection is brighter than the sky
         EXPECT_GT(mean(light), before);
         before = static_cast<float>(mean(light));
     }
@@ -435,7 +435,7 @@ TEST_P(Bake, SumsOfReceiversCountUnderABudget) {
         EXPECT_NE(error.where().find("`memory`"), std::string::npos);
         EXPECT_FALSE(error.hint().empty());
     }
-    EXPECT_LT(residentBytes(), before + (16ULL << 20));  // refuses without trial bakes
+    EXPECT_LT(residentBytes(), before + (16ULL << 20));  // the bake was refused before any trial
 }
 
 }  // namespace

@@ -50,7 +50,7 @@ TEST(VertexReceivers, StandWhereTheNodePutsThem) {
 TEST(VertexReceivers, TakeTheVerticesOwnNormalsAndTurnThemAsSurfacesTurn) {
     Primitive primitive = triangle();
     primitive.normals.assign(3, glm::normalize(glm::vec3(1, 0, 1)));
-    primitive.normals[1] = {0, 0, 0};  // a zero normal is replaced by the triangle's
+    primitive.normals[1] = {0, 0, 0};  // the triangle's normal replaces a zero normal
     const PlacedVertices placed(
         oneMesh({primitive}, glm::scale(glm::dmat4(1), glm::dvec3(2, 1, 1))));
     // Stretching x by 2 turns the plane x + z = const into x/2 + z = const.

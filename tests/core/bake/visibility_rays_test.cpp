@@ -183,7 +183,7 @@ TEST(VisibilityRays, HaveTheSameBitsOnEveryProcessor) {
         at[2].push_back(static_cast<float>(place.z));
         side.push_back(i % 2 == 0 ? 1.0F : -1.0F);
     }
-    const std::uint32_t first[] = {0, kCount};  // all receivers in one cell
+    const std::uint32_t first[] = {0, kCount};  // one cell contains all receivers
     for (const Faces faces : {Faces::kBoth, Faces::kFront}) {
         const Occluders occluders(PosedScene(scene), faces);
         for (const bool for_every : {false, true}) {
@@ -235,7 +235,7 @@ std::vector<float> seenUpward(const Scene& scene, const std::vector<glm::dvec3>&
 
 TEST(VisibilityRays, GoThroughWhatAlphaLeavesOut) {
     Primitive p = square();
-    // 300 more triangles, so that there are several patches.
+    // 300 more triangles make several patches.
     p.positions.insert(p.positions.end(), {{5, 0, 0}, {6, 0, 0}, {6, 1, 0}});
     p.texcoords[0].resize(p.positions.size());
     for (int i = 0; i < 300; ++i)
@@ -248,7 +248,7 @@ TEST(VisibilityRays, GoThroughWhatAlphaLeavesOut) {
     scene.images = {image};
     Material& material = scene.materials[0];
     material.base_color_texture.image = 0;
-    material.base_color_texture.sampler.mag_filter = 9728;  // nearest
+    material.base_color_texture.sampler.mag_filter = 9728;  // GL_NEAREST
     const std::vector<glm::dvec3> points{{-0.5, 0.2, -2}, {0.5, 0.2, -2}, {1.5, 0.2, -2}};
     for (const AlphaMode mode : {AlphaMode::kOpaque, AlphaMode::kMask, AlphaMode::kBlend}) {
         material.alpha_mode = mode;

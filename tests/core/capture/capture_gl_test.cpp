@@ -175,9 +175,11 @@ TEST_P(Capture, SurfacesVisibleStopsAtTheNearestOpaqueOne) {
     const int glass = builder.material({0.2F, 0.4F, 0.6F, 0.5F});
     const int wall = builder.material({0.5F, 0.5F, 0.5F, 1}, AlphaMode::kOpaque);
     builder.rectangle(9, 9, -1, glass);
-    builder.rectangle(9, 9, -2, glass);  // coincides with the wall and is drawn before it
+    // Coincides with the wall and is drawn before it, so it is visible.
+    builder.rectangle(9, 9, -2, glass);
     builder.rectangle(9, 9, -2, wall);
-    builder.rectangle(9, 9, -2, glass);  // coincides with the wall, hidden by draw order
+    // Coincides with the wall and is drawn after it, so it is hidden.
+    builder.rectangle(9, 9, -2, glass);
     builder.rectangle(9, 9, -3, wall);
     builder.rectangle(9, 9, -4, glass);
     CaptureSettings s = settings();

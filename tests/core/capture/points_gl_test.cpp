@@ -62,7 +62,8 @@ TEST(Points, AreTheSameInEveryMethodBandAndStrip) {
     banded.band_bytes = 1 << 14;
     EXPECT_EQ(difference(capture(scene, kView, banded).image, whole), "");
     std::uint64_t fragments = 0;
-    for (int y = 0; y < 31; y += 7) {  // points of other strips reach into this strip
+    // The squares of points in other strips reach into this strip.
+    for (int y = 0; y < 31; y += 7) {
         View strip = kView;
         strip.crop = {0, y, 41, std::min(y + 7, 31)};
         fragments += capture(scene, strip, settings).image.fragments();

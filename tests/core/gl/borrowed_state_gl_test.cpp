@@ -28,8 +28,7 @@ namespace {
 
 using Values = std::vector<double>;
 
-/// Returns a GL function's address. A client of the tests' backend would pass this function as
-/// RendererOptions::adopt.
+/// Returns a GL function's address. The tests pass this function as RendererOptions::adopt.
 void* functionOf(const char* name) {
     using Lookup = void* (*)(const char*);
     static const Lookup lookup = [] {
@@ -636,7 +635,7 @@ TEST(BorrowedState, IsAsItWasWhateverIsRendered) {
         std::vector<Values> before;
         for (const Hostile& state : states)
             before.push_back(state.read(host));
-        gl::takeErrors(host.gl);  // errors caused by missing extensions
+        gl::takeErrors(host.gl);  // clears errors that missing extensions caused
         expectExpected(render(renderer), "all at once");
         const Shown shown{makeScene()};
         for (const bool exact : {true, false}) {
@@ -799,7 +798,7 @@ TEST(BorrowedContext, HasToBeCurrent) {
             expectUsage(call, "is not the borrowed one");
             EXPECT_EQ(other.gl.GetError(), static_cast<GLenum>(GL_NO_ERROR));
         });
-        call();  // the host's context is still current here
+        call();  // the host's context is still current in this thread
         {
             const Host other;
             expectUsage(call, "is not the borrowed one");

@@ -40,7 +40,7 @@ TEST(CudaDevices, TheVariableChoosesAndOrders) {
         {"2", {0}},
         {"2,1", {0, 2}},
         {" 1 , 0 ", {2, 1}},
-        {"0,2,-1,1", {1, 0}},  // the guide's example: entries after −1 are ignored
+        {"0,2,-1,1", {1, 0}},  // example of the CUDA guide: entries after −1 are ignored
         {"0,7,1", {1}},
         {"0,,1", {1}},
         {"0,0", {}},  // a duplicate empties the list

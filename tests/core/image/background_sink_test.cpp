@@ -19,7 +19,7 @@ struct Log {
     std::vector<float> depths;
     std::vector<const float*> storage;
     std::thread::id writer;
-    std::promise<void> hold;  ///< with `holds`, finish() waits for this
+    std::promise<void> hold;  ///< if `holds`, finish() waits for this promise
     bool holds = false;
     int fails_at = -1;  ///< index of the band whose write fails; −1 = none
 };
@@ -99,7 +99,7 @@ TEST(BackgroundSink, FinishDoesNotWait) {
     BackgroundSink sink(std::make_unique<LoggingSink>(log));
     sink.begin({});
     sink.write(onePixelBand(1));
-    sink.finish();  // a wait would deadlock here
+    sink.finish();  // if finish() waited, the test would deadlock here
     log.hold.set_value();
     sink.wait();
     EXPECT_EQ(log.calls.back(), "finish");

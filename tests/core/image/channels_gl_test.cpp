@@ -275,7 +275,8 @@ TEST(Channels, MirroredInstancesKeepTheirFronts) {
     for (std::size_t f = 0; f < result.image.fragments(); ++f) {
         const glm::dvec3 out = glm::dvec3(position(f)) - glm::dvec3(0, 0, -4);
         const double toward = -glm::dot(out, glm::normalize(glm::dvec3(position(f))));
-        if (std::abs(toward) < 0.1) continue;  // skip the silhouette, where the facets decide
+        // At the silhouette, the facets differ from the sphere.
+        if (std::abs(toward) < 0.1) continue;
         ASSERT_EQ(facing(f).x, toward > 0 ? 1 : -1) << "fragment " << f;
         ASSERT_GT(glm::dot(glm::dvec3(normal(f)), facing(f).x * out), 0.9);
     }

@@ -187,7 +187,7 @@ TEST(Approximations, AverageAndUnsortedAreExactIfAllFragmentsOfAPixelAreAlike) {
 
 TEST(Approximations, UnsortedShowsWhatWasDrawnLastInFront) {
     SceneBuilder builder;
-    // Red is nearer, and drawn first.
+    // The red rectangle is nearer and is drawn first.
     builder.rectangle(1, 1, -2, builder.material({1, 0, 0, 0.5F}));
     builder.rectangle(2, 2, -3, builder.material({0, 1, 0, 0.5F}));
     CaptureSettings settings;

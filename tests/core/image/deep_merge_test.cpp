@@ -74,10 +74,10 @@ TEST(DeepMerge, ByIdWantsObjectMaterialDepthAndAlphaAlikeAndNothingBetween) {
         pixelOf({{1, 0.5F, 1, 1},      // merged with the next sample
                  {1.1F, 0.6F, 1, 1},   //
                  {1.2F, 0.5F, 2, 1},   // another object
-                 {1.3F, 0.5F, 1, 1},   // the first object, but behind the other object
+                 {1.3F, 0.5F, 1, 1},   // the first object again, but behind another object
                  {1.4F, 0.5F, 1, 2},   // another material
                  {1.45F, 0.9F, 1, 2},  // too different in alpha
-                 {3, 0.9F, 1, 2}});    // too far
+                 {3, 0.9F, 1, 2}});    // too far away in Z
     EXPECT_EQ(mergedDeep(image, {DeepMerge::kById, 1, 0.2F}).z,
               (Depths{1, 1.2F, 1.3F, 1.4F, 1.45F, 3}));
     EXPECT_EQ(mergedDeep(image, {DeepMerge::kById, 1, 1}).z, (Depths{1, 1.2F, 1.3F, 1.4F, 3}));

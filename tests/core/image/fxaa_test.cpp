@@ -231,7 +231,7 @@ TEST(Fxaa, WhatGetsColourGetsZ) {
         if (image.z[p] < kNothing) {
             EXPECT_EQ(out.z[p], image.z[p]);
         } else if (out.z[p] < kNothing) {
-            ++covered;  // takes Z from the pixel below or to the left
+            ++covered;  // the edge took Z from the pixel below or to the left
             EXPECT_TRUE(out.z[p] == image.z[p + 60] || out.z[p] == image.z[p - 1]) << p;
         }
     }

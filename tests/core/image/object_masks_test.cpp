@@ -98,7 +98,7 @@ TEST(ObjectMasks, AreSeenThroughWhatIsTransparent) {
         {0.25F, {{0, 1}, {4, 5}}, {{1, 2}}},
         // An opacity of 0.25 is now see-through, except in front of an empty background.
         {0.4F, {{4, 5}}, {{0, 2}}},
-        {0.75F, {{1, 2}, {4, 5}}, {{0, 1}}}  // now 0.5 is see-through, too
+        {0.75F, {{1, 2}, {4, 5}}, {{0, 1}}}  // an opacity of 0.5 is now see-through, too
     };
     for (const auto& [see_through, first, second] : cases) {
         ObjectMaskSink sink(kTable, {.picture = kWindow, .see_through = see_through});

@@ -93,7 +93,7 @@ TEST_F(JoinTiles, WhereTheyOverlapTheyMustAgree) {
     std::size_t pixel = tile.pixelIndex(12, 23);  // a pixel inside both tiles 0 and 2
     while (tile.count(pixel) == 0)
         ++pixel;
-    const int x = static_cast<int>(pixel) - 50;  // in the tile's second row
+    const int x = static_cast<int>(pixel) - 50;  // column of `pixel` in the tile's second row
     ASSERT_LT(x, 20);
     LayeredImage joined;
     tile.extra[1].data[tile.offsets[pixel] * 4U] ^= std::byte{1};

@@ -131,7 +131,7 @@ TEST(TintedGlass, OfVerticesAndTexturesCounts) {
     EXPECT_FALSE(has());
     Material& m = panes.material(0);
     m.base_color = {0.5F, 0.5F, 0.5F, 1};
-    EXPECT_FALSE(has());  // grey glass absorbs all colours equally
+    EXPECT_FALSE(has());  // grey glass absorbs all channels equally
     m.base_color.g = 0.25F;
     EXPECT_TRUE(has());
     m.metallic = 1;
@@ -142,7 +142,7 @@ TEST(TintedGlass, OfVerticesAndTexturesCounts) {
     m.transmission.factor = 1;
     m.base_color = {1, 1, 1, 1};
     m.transmission.attenuation_color = {1, 0.5F, 1};
-    EXPECT_FALSE(has());  // without thickness there is no volume
+    EXPECT_FALSE(has());  // glass without thickness has no volume
     m.transmission.attenuation_distance = 1;
     EXPECT_FALSE(has());
     m.transmission.thickness = 1;

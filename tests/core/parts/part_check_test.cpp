@@ -136,7 +136,8 @@ TEST(PartCheck, ATJunctionIsOpen) {
     mesh.positions.emplace_back(1, 0, 0);
     mesh.indices.insert(mesh.indices.end(), {1, middle, 5, middle, 7, 5});
     const Checked part({mesh});
-    EXPECT_EQ(part.topology.open.size(), 3U);  // the whole diagonal and its two halves
+    // The open edges: the whole diagonal and its two halves.
+    EXPECT_EQ(part.topology.open.size(), 3U);
     EXPECT_EQ(part.topology.holes, 1U);
 }
 

@@ -45,7 +45,7 @@ TEST(Backends, AgreeBitForBitOnHardScenes) {
     }
 }
 
-// Without framebuffer fetch, atomics count the fragments per list head.
+// Core OpenGL has no framebuffer fetch, so there atomics count the fragments per list head.
 TEST(Extensions, DoNotChangeTheResult) {
     const View view = testView(160, 120);
     for (const auto& [name, scene] : hardScenes()) {

@@ -155,10 +155,10 @@ TEST(HitRasterizer, AlphaDecidesWhatIsThere) {
     material.base_color_texture.transform[0][0] = 2;
     material.base_color_texture.transform[1][1] = 2;
     EXPECT_EQ(pattern(), expected([](int x, int y) { return (x % 4 < 2) == (y % 4 < 2); }));
-    sampler.wrap_s = sampler.wrap_t = 33648;  // mirrored
+    sampler.wrap_s = sampler.wrap_t = 33648;  // GL_MIRRORED_REPEAT
     EXPECT_EQ(pattern(),
               expected([](int x, int y) { return (x < 2 || x >= 6) == (y < 2 || y >= 6); }));
-    sampler.wrap_s = sampler.wrap_t = 33071;  // clamped
+    sampler.wrap_s = sampler.wrap_t = 33071;  // GL_CLAMP_TO_EDGE
     EXPECT_EQ(pattern(), expected([](int x, int y) { return (x < 2) == (y < 2); }));
     // With linear filtering, alpha is interpolated between texels, and is 1/2 in the middle of the
     // picture.
@@ -211,7 +211,7 @@ TEST(HitRasterizer, TexturesLieOnTheSurfaceNotOnThePicture) {
     const LayeredImage image = trace(source, view).image;
     std::size_t seen = 0;
     for (int y = 51; y < 100; ++y) {
-        const double z = 1 / (1.1 * (2 * (y + 0.5) / 100 - 1));  // where the ray meets the floor
+        const double z = 1 / (1.1 * (2 * (y + 0.5) / 100 - 1));  // Z where the ray meets the floor
         for (int x = 0; x < 100; ++x) {
             const double across = 1.1 * (2 * (x + 0.5) / 100 - 1) * z;
             const bool there = z > 1 && z < 9 && std::abs(across) < 1.03 && (across < 0) == (z > 5);

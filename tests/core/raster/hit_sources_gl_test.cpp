@@ -52,7 +52,7 @@ std::vector<glm::dvec2> outlineOf(const PosedScene& posed, const View& view, std
     std::vector<glm::dvec2> outline;
     for (std::size_t i = 0; i < corners.size(); ++i) {
         const glm::dvec3 &a = corners[i], &b = corners[(i + 1) % corners.size()];
-        // Depths are measured from the near plane.
+        // at_a and at_b are the corners' depths beyond the near plane.
         const double near = rays.perspective() ? view.projection.near : -HUGE_VAL;
         const double at_a = -a.z - near, at_b = -b.z - near;
         if (at_a >= 0) outline.push_back(rays.pixel(a));
@@ -148,7 +148,8 @@ TEST(HitSources, AgreeOnHardScenesButAtEdges) {
             EXPECT_GT(agreement.hits, agreement.rays / 2) << name;
             EXPECT_LE(agreement.differing, agreement.rays / 20) << name;
             EXPECT_LE(agreement.farthest, kSnapped) << name;
-            if (mode == HitMode::kRaw) continue;  // depths have only 32 bits
+            // Raw depths have only 32 bits, so their errors are larger.
+            if (mode == HitMode::kRaw) continue;
             EXPECT_LE(agreement.largest_error, 1e-6) << name;
         }
     }

@@ -87,7 +87,7 @@ TEST(PointHits, BetweenSheets) {
     EXPECT_EQ(found[0].after.key, 2U);
     EXPECT_EQ(found[1].before.key, 0U);
     EXPECT_EQ(found[1].before.distance, kInfinity);
-    EXPECT_DOUBLE_EQ(found[1].after.distance, 2);  // the point lies before the rays' origins
+    EXPECT_DOUBLE_EQ(found[1].after.distance, 2);  // the rays start beyond this point
     EXPECT_DOUBLE_EQ(found[2].before.distance, 3);
     EXPECT_EQ(found[2].before.key, 3U);
     EXPECT_EQ(found[2].after.distance, kInfinity);
@@ -108,11 +108,11 @@ TEST(PointHits, OnASurfaceAndWhereSurfacesCoincide) {
         const auto found = traced.around(traced.bundle({0, 0, sign}, 16), points);
         const bool up = sign > 0;
         EXPECT_EQ(found[0].before.distance, 0);
-        EXPECT_EQ(found[0].before.key, 4U);  // the last drawn
+        EXPECT_EQ(found[0].before.key, 4U);  // key of the triangle drawn last
         EXPECT_EQ(found[0].after.key, up ? 5U : 2U);
         EXPECT_DOUBLE_EQ(found[0].after.distance, up ? 2 : 1);
         EXPECT_EQ(found[1].before.key, up ? 2U : 4U);
-        EXPECT_EQ(found[1].after.key, up ? 1U : 2U);  // the first drawn
+        EXPECT_EQ(found[1].after.key, up ? 1U : 2U);  // key of the triangle drawn first
         EXPECT_EQ(found[2].before.key, up ? 4U : 5U);
         EXPECT_EQ(found[2].after.key, up ? 5U : 1U);
     }

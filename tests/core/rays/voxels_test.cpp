@@ -257,7 +257,7 @@ TEST_F(Voxels, OddRaysAreCountedBySolid) {
     parity.add(1, image);
     EXPECT_FALSE(parity.holds());
     const auto pixels = static_cast<std::uint64_t>(image.window.pixels());
-    EXPECT_EQ(parity.oddRays(), pixels);  // half of the rays in each of two bundles
+    EXPECT_EQ(parity.oddRays(), pixels);  // half of the rays are odd in each of two bundles
     ASSERT_EQ(parity.solids().size(), 2U);
     EXPECT_EQ(parity.solids().at(0).rays, 2 * pixels);
     EXPECT_EQ(parity.solids().at(0).odd, 0U);

@@ -139,7 +139,7 @@ TEST(Clip, WorksWithTheCameraInsideTheMesh) {
     SceneBuilder builder;
     for (const float z : {-0.5F, -1.5F, -2.5F, -3.5F})
         builder.rectangle(9, 9, z, builder.material({1, 1, 1, 0.5F}));
-    const int ball = addBall(builder, {0, 0, 0}, 2, 48);  // centred on the camera
+    const int ball = addBall(builder, {0, 0, 0}, 2, 48);  // the ball's centre is the camera
     const auto result = capture(builder.scene(), testView(40, 30), clippedBy(ball));
     const std::size_t middle = result.image.pixelIndex(20, 15);
     ASSERT_EQ(result.image.count(middle), 2U);
@@ -209,7 +209,7 @@ TEST(Clip, ABallKeepsAsManyLayersAsEmbreeFindsHitsInside) {
             const auto boundary = ball_hits({0, 0, 0}, direction, false);
             std::uint32_t inside = 0;
             for (const float t : scene_hits({0, 0, 0}, direction, false)) {
-                if (!(t >= 0.1F)) continue;  // in front of the near plane
+                if (!(t >= 0.1F)) continue;  // the hit is in front of the near plane
                 const auto behind = std::count_if(boundary.begin(), boundary.end(),
                                                   [&](float b) { return b >= t; });
                 inside += behind % 2 == 1 ? 1 : 0;

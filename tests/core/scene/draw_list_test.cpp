@@ -161,7 +161,7 @@ TEST(DrawList, GivesDeformedMeshesGeometriesOfTheirOwn) {
     scene.meshes[0].primitives[0].targets.resize(1);
     const PosedScene shown(scene);
     const DrawList& list = shown.drawList();
-    EXPECT_EQ(list.geometries().size(), 2U);  // one per node, for all its instances
+    EXPECT_EQ(list.geometries().size(), 2U);  // one geometry per node, shared by its instances
     EXPECT_EQ(list.draws()[0].instances, 2U);
 }
 

@@ -32,7 +32,7 @@ Scene crowdOfInstances(unsigned seed, bool several) {
     builder.quad({0, -1, -1}, {0, -1, 1}, {0, 1, 1}, {0, 1, -1}, grid);
     builder.rectangle(1.5F, 0.9F, -3, glass);
     Scene& scene = builder.scene();
-    // Glass with a volume, because thickness scales with the mesh.
+    // The glass has a volume, because thickness scales with the mesh.
     Transmission& volume = scene.materials[static_cast<std::size_t>(glass)].transmission;
     volume.factor = 0.6F;
     volume.thickness = 0.8F;
@@ -86,7 +86,7 @@ void expectTheSame(const Scene& together) {
         }
     }
     CaptureSettings smooth;
-    smooth.samples = 4;  // samples are merged per surface
+    smooth.samples = 4;  // merges the samples of each surface
     EXPECT_EQ(difference(capture(together, view, smooth).image, capture(apart, view, smooth).image),
               "");
     smooth.samples = 1;

@@ -18,7 +18,7 @@ Scene wall(AlphaMode mode = AlphaMode::kOpaque) {
     scene.images = {{"texels", 2, 1, {255, 255, 255, 255, 255, 255, 0, 255}}};
     TextureRef& texture = scene.materials.back().base_color_texture;
     texture.image = 0;
-    texture.sampler.mag_filter = texture.sampler.min_filter = 9728;  // nearest
+    texture.sampler.mag_filter = texture.sampler.min_filter = 9728;  // GL_NEAREST
     Primitive& primitive = scene.meshes[0].primitives[0];
     const std::size_t vertices = primitive.positions.size();
     primitive.colors.assign(vertices, {1, 0, 1, 1});
@@ -74,7 +74,7 @@ std::vector<float> firstHit(const std::string& engine, const PosedScene& posed) 
 TEST(MorphedSurfaces, AreTheSameOnTheCpu) {
     for (const AlphaMode mode : {AlphaMode::kOpaque, AlphaMode::kMask}) {
         const Scene scene = wall(mode);
-        const bool gone = mode == AlphaMode::kMask;  // at weight 1 alpha is 0
+        const bool gone = mode == AlphaMode::kMask;  // at weight 1, alpha is 0, below the cutoff
         EXPECT_EQ(firstHit("cpu", at(scene, 1)).empty(), gone);
         for (const double weight : {0.0, 0.75, 1.0})
             EXPECT_EQ(firstHit("cpu", at(scene, weight)), firstHit("gl", at(scene, weight)));

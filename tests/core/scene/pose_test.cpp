@@ -150,7 +150,7 @@ TEST(Skin, BendsByARightAngle) {
 }
 
 TEST(Skin, KeepsItsPrecisionFarFromTheOrigin) {
-    const glm::dvec3 far(1e7, -2e7, 3e7);  // single precision would be off by 2
+    const glm::dvec3 far(1e7, -2e7, 3e7);  // in single precision, positions would be off by 2
     const Arm arm(glm::translate(glm::dmat4(1), far));
     const PosedScene shown = arm.at(1);
     expectNear(worldPosition(shown, 20), far + glm::dvec3(-1, 1.5, 0), 1e-5);
@@ -177,7 +177,7 @@ TEST(Skin, IsMirroredByTheJointsThatMoveIt) {
     for (auto& weights : strip.joint_sets[0].weights)
         weights = {0, 1, 0, 0};
     EXPECT_FALSE(arm.at(0).meshes()[0].mirrored);
-    // Without joints, the node's transformation decides.
+    // Without joints, the node's transform determines `mirrored`.
     strip.joint_sets.clear();
     EXPECT_FALSE(arm.at(0).meshes()[0].mirrored);
     arm.scene.nodes[0].local = glm::scale(glm::dmat4(1), glm::dvec3(1, 1, -1));

@@ -102,7 +102,7 @@ TEST(Rigid, HowFarAMatrixIsFromIt) {
     matrix[1] = {0.25, 1, 0, 0};
     EXPECT_EQ(distanceFromRigid(matrix), 0.25);
     matrix[1] = {0, -1, 0, 0};
-    EXPECT_EQ(distanceFromRigid(matrix), 2);  // mirrored
+    EXPECT_EQ(distanceFromRigid(matrix), 2);  // a mirroring matrix
     for (int column = 0; column < 3; ++column) {
         for (int row = 0; row < 3; ++row) {
             glm::dmat4 broken(1);

@@ -154,7 +154,8 @@ TEST(LobeTable, OfMirrorsLooksAlongTheMirroredView) {
     const auto table = lobeTable();
     for (int column = 3; column <= kLast; ++column)
         EXPECT_NEAR(entry(table, 0, column).x, 1, 1e-3) << column;
-    EXPECT_NEAR(entry(table, 0, kLast).y, 1, 0.05);  // the lobe is as wide as the level's filter
+    // The lobe is as wide as the filter of its mip level.
+    EXPECT_NEAR(entry(table, 0, kLast).y, 1, 0.05);
 }
 
 }  // namespace

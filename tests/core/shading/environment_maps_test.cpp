@@ -264,7 +264,7 @@ TEST(Studio, HasContrastForWhatMirrorsIt) {
     const auto all = static_cast<double>(studio.radiance.size());
     EXPECT_NEAR(static_cast<double>(bright) / all, 0.06, 0.02);
     EXPECT_NEAR(static_cast<double>(dark) / all, 0.4, 0.15);
-    // The floor is nowhere brighter than its grey.
+    // The floor has no pixel brighter than its grey.
     for (std::size_t p = studio.radiance.size() * 3 / 4; p < studio.radiance.size(); ++p)
         EXPECT_LT(studio.radiance[p].g, 0.41F);
 }

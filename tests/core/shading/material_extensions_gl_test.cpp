@@ -23,7 +23,7 @@ TEST(Ior, GivesTheReflectanceAtNormalIncidence) {
             EXPECT_NEAR(LitWall(m).radiance(degrees).g, lobe(f0, 1, 1, degrees), 1e-6) << ior;
     }
     Material mirror = black();
-    mirror.ior = 0;  // 0 means an infinite index
+    mirror.ior = 0;  // an index of refraction of 0 means infinity
     EXPECT_NEAR(LitWall(mirror).radiance(0).g, lobe(1, 1, 1, 0), 1e-6);
 }
 
@@ -34,7 +34,8 @@ TEST(Specular, ScalesAndTintsReflections) {
     const glm::dvec3 seen = LitWall(m).radiance(50);
     EXPECT_NEAR(seen.r, lobe(0.5 * 0.02, 0.5, 0.6, 50), 1e-6);
     EXPECT_NEAR(seen.g, lobe(0.5 * 0.04, 0.5, 0.6, 50), 1e-6);
-    EXPECT_NEAR(seen.b, lobe(0.5 * 1, 0.5, 0.6, 50), 1e-6);  // capped at full reflection
+    // The colour 40 · 0.04 is capped at 1, full reflection.
+    EXPECT_NEAR(seen.b, lobe(0.5 * 1, 0.5, 0.6, 50), 1e-6);
     m.specular.factor = 0;
     m.base_color = {1, 1, 1, 1};
     EXPECT_NEAR(LitWall(m).radiance(50).g, std::cos(50 * kPi / 180) / kPi, 1e-6);  // Lambert's law
@@ -93,7 +94,7 @@ TEST(Anisotropy, StretchesHighlightsAlongTheTangent) {
             EXPECT_NEAR(wall.radiance(degrees, azimuth).g, stretchedGgx(at, ab, degrees, azimuth),
                         1e-4)
                 << degrees << ", " << azimuth;
-    // A quarter turn of the material.
+    // Rotates the anisotropy by a quarter turn.
     wall.scene().materials.back().anisotropy.rotation = static_cast<float>(kPi / 2);
     EXPECT_NEAR(wall.radiance(25, 90).g, stretchedGgx(at, ab, 25, 0), 1e-4);
 }
@@ -217,7 +218,7 @@ TEST(MaterialExtensions, FitTheDeviceAllAtOnce) {
     wall.scene().images.push_back({"grey", 1, 1, {128, 128, 200, 255}});
     for (const MaterialTexture& texture : texturesOf(wall.scene().materials.back()))
         texture.ref->image = 0;
-    wall.radiance(10);  // radiance() adds the lamp
+    wall.radiance(10);  // adds the lamp to the scene
     CaptureSettings s;
     s.shadows = true;
     s.shadow_size = 64;

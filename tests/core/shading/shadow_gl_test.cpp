@@ -138,7 +138,8 @@ TEST(Shadows, AreCastThroughTheHolesOfMasksAndByBothFaces) {
     builder.light(lightOf(LightType::kDirectional, 2),
                   *lookAlong({0, 0, 0}, {0.5, 0, -1}, {0, 1, 0}));
     expectShadow(builder.scene(), 512, {0.5, -0.3}, {0.8, 0.3}, 0.025);
-    std::reverse(square.positions.begin(), square.positions.end());  // now faces the wall
+    // Turns the front toward the wall.
+    std::reverse(square.positions.begin(), square.positions.end());
     std::reverse(square.colors.begin(), square.colors.end());
     leaf.double_sided = false;
     const View view = testView(64, 64);

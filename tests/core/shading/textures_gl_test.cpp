@@ -195,9 +195,9 @@ TEST(Textures, ShrunkenAreFilteredOrNotAsTheirSamplersSay) {
             most = std::max(most, std::abs(double(color(image, f).r) - mean));
         return most;
     };
-    EXPECT_LT(deviation(9987), 0.01);      // linear, mipmaps linear
-    EXPECT_LT(deviation(9984), 0.01);      // nearest, mipmaps nearest
-    EXPECT_GT(deviation(kNearest), 0.15);  // no mipmaps
+    EXPECT_LT(deviation(9987), 0.01);      // GL_LINEAR_MIPMAP_LINEAR
+    EXPECT_LT(deviation(9984), 0.01);      // GL_NEAREST_MIPMAP_NEAREST
+    EXPECT_GT(deviation(kNearest), 0.15);  // without mipmaps
 }
 
 }  // namespace

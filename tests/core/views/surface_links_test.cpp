@@ -98,7 +98,7 @@ TEST(SurfaceLinks, ObjectsAreNotLinkedToOneAnother) {
         return std::vector<TestFragment>{{10, {}}};
     });
     FragmentArray ids{{"id.material", "id.object"}, PixelType::kUint, {}};
-    // Pairs of material and object.
+    // Pairs of a material id and an object id.
     const std::array<std::uint32_t, 8> values = {7, 1, 8, 1, 7, 2, 7, 2};
     const auto bytes = std::as_bytes(std::span(values));
     ids.data.assign(bytes.begin(), bytes.end());

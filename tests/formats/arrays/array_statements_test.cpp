@@ -24,7 +24,7 @@ constexpr const char* kArrayBrokenLayers =
     "other shapes or types, windows missing or of other sizes, lists unsorted or incomplete, "
     "infinite or NaN Z, invalid texts";
 
-/// A triangle.
+/// Returns the arrays of a triangle, after applying `change`.
 TensorFile scene(const std::function<void(TensorFile&)>& change = [](TensorFile&) {}) {
     TensorFile file;
     file.set<float>("vertices", "F32", {3, 3}, {0, 0, 0, 1, 0, 0, 0, 1, 0});

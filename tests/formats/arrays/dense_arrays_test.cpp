@@ -256,7 +256,7 @@ TEST(DenseArrays, AsManyPlanesAsLayersUnlessTold) {
     test::writePicture(*makeSink(scratch / "a.npz", options), from);
     EXPECT_EQ(readNpz(scratch / "a.npz").at("z").shape,
               "(41, 53, " + std::to_string(from.plan.layers.size()) + ")");
-    // A picture without fragments also has planes.
+    // The planes exist even if a picture has no fragments.
     SyntheticPicture empty = test::makePicture({.width = 4, .height = 2, .most_layers = 0});
     test::writePicture(*makeSink(scratch / "b.npz", options), empty);
     EXPECT_EQ(readNpz(scratch / "b.npz").at("z").shape, "(2, 4, 1)");
@@ -302,7 +302,7 @@ TEST(DenseArrays, TheHashIsOfThePlanesToo) {
     options.as = "arrays";
     EXPECT_TRUE(is_new());
     options.dense = {};
-    EXPECT_FALSE(is_new());  // the hash of lists does not depend on `dense`
+    EXPECT_FALSE(is_new());  // the hash of the kind "arrays" does not depend on `dense`
 }
 
 class DenseHits : public testing::Test, protected test::TracedSpheres {

@@ -235,7 +235,7 @@ TEST(CameraFiles, ModelsOfColmap) {
     put(scratch / "m/images.txt",
         "8 1 0 0 0 0 0 0 4 b 1.png\r\n\r\n2 1e0 0 0 0 1 2 3 2 a.png\n\n5 -1 0 0 0 0 0 0 1 c.png");
     const std::vector<FileCamera> cameras = readCameras(scratch / "m");
-    ASSERT_EQ(cameras.size(), 3U);  // ordered by image id
+    ASSERT_EQ(cameras.size(), 3U);  // the reader orders cameras by image id
     EXPECT_EQ(cameras[0].name, "a");
     EXPECT_EQ(glm::dvec3(cameras[0].camera_to_world[3]), glm::dvec3(-1, -2, -3));
     EXPECT_EQ(cameras[1].name, "c");

@@ -157,7 +157,8 @@ TEST(CameraRefusals, ColmapText) {
     const std::string image = kColmapImagesText.substr(0, kColmapImagesText.find("1.5"));
     put(images, image + "10" + image.substr(image.find(" 0.5")));
     expectRefusedCameras(scratch.path(), "a point's id, not \"0.5\"", "images.txt:3");
-    put(images, "9 1 0 0 0 0 0 0 3 1\n10 1 0 0 0 0 0 0 3 2\n");  // these names are numbers
+    // The names "1" and "2" are numbers.
+    put(images, "9 1 0 0 0 0 0 0 3 1\n10 1 0 0 0 0 0 0 3 2\n");
     expectRefusedCameras(scratch.path(), "ends before a point's y", "images.txt:2");
     put(images, "#\n");
     expectRefusedCameras(scratch.path(), "no cameras", "images.txt");

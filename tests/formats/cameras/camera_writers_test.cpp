@@ -31,7 +31,7 @@ TEST(CameraWriters, TransformsOfOneLens) {
     EXPECT_EQ(json["h"], 480);
     EXPECT_EQ(json["fl_x"], 500);
     EXPECT_EQ(json["fl_y"], 400);
-    EXPECT_EQ(json["cx"], 300.75);  // relative to the picture's corner
+    EXPECT_EQ(json["cx"], 300.75);  // cx counts from the corner of the picture
     EXPECT_EQ(json["cy"], 201);
     ASSERT_EQ(json["frames"].size(), 2U);
     EXPECT_EQ(json["frames"][0]["file_path"], "a");
@@ -41,7 +41,7 @@ TEST(CameraWriters, TransformsOfOneLens) {
     EXPECT_FALSE(json["frames"][0].contains("fl_x"));
     const std::vector<FileCamera> read = readCameras(scratch / "t.json");
     EXPECT_EQ(read[1].picture, cameras[1].picture);
-    EXPECT_EQ(read[1].name, cameras[1].name);  // the name is stored in a separate member
+    EXPECT_EQ(read[1].name, cameras[1].name);  // a separate JSON member stores the name
     EXPECT_EQ(read[1].near, 0.5);
     EXPECT_FALSE(read[0].near);
 

@@ -40,7 +40,7 @@ struct DeepPart {
 
 namespace detail {
 
-constexpr std::size_t kSlot = 4;  // bytes per sample of any type
+constexpr std::size_t kSlot = 4;  // bytes of a sample, whatever its type
 
 /// Buffers in the layout that OpenEXR requires: each channel has an array of pointers.
 struct Buffers {
@@ -145,7 +145,7 @@ inline DeepPart readDeepPart(Imf::MultiPartInputFile& file, int index) {
 
 struct DeepFileOptions {
     Imf::Compression compression = Imf::ZIPS_COMPRESSION;
-    int tile = 0;  ///< side of the tiles, 0 = scan lines
+    int tile = 0;  ///< side of the tiles; 0 = scan lines
     Imath::Box2i display{{0, 0}, {15, 11}};
     /// Changes the header of each part.
     std::function<void(std::size_t part, Imf::Header&)> header{};

@@ -315,23 +315,23 @@ TEST_F(ExrDeep, ABandThatDoesNotFitThePlanIsRefused) {
             EXPECT_EQ(e.kind(), ErrorKind::kInternal) << e.what();
         }
     };
-    expectInternal([&] {  // rows missing in the middle
+    expectInternal([&] {  // rows are missing in the middle
         ExrDeepWriter writer(scratch / "out.exr");
         writer.begin(picture.plan);
         writer.write(test::cutRows(picture.image, 1, 5));
     });
-    expectInternal([&] {  // rows missing at the end
+    expectInternal([&] {  // rows are missing at the end
         ExrDeepWriter writer(scratch / "out.exr");
         writer.begin(picture.plan);
         writer.write(test::cutRows(picture.image, 0, 5));
         writer.finish();
     });
-    expectInternal([&] {  // one fragment more than planned
+    expectInternal([&] {  // there is one fragment fewer than planned
         SyntheticPicture wrong = picture;
         ++wrong.plan.fragments_stored;
         writeDeep(scratch / "out.exr", wrong);
     });
-    expectInternal([&] {  // a data window that cuts off fragments
+    expectInternal([&] {  // a data window cuts off fragments
         SyntheticPicture wrong = picture;
         for (LayerPlan& layer : wrong.plan.layers)
             --layer.data_window.x1;

@@ -59,7 +59,7 @@ TEST_P(Camera, MatricesProjectKnownPoints) {
                                static_cast<float>(world.z));
         Imath::V3f camera, ndc;
         to_camera.multVecMatrix(point, camera);
-        to_ndc.multVecMatrix(point, ndc);  // a row vector; divides by w
+        to_ndc.multVecMatrix(point, ndc);  // multiplies the point as a row vector and divides by w
         constexpr float kTolerance = 2e-5F;
         EXPECT_NEAR(camera.x, x, kTolerance * 30);
         EXPECT_NEAR(camera.y, y, kTolerance * 30);

@@ -233,7 +233,7 @@ TEST_P(CameraOf, AFileWithoutAHashMustNotContradictItself) {
             });
         };
         EXPECT_EQ(scale(1.001F), Sentences{sentence(name)});
-        // Rounding on another machine may cause such a difference.
+        // The arithmetic of another machine may cause such a small difference.
         EXPECT_EQ(scale(1.0000001F), Sentences());
         EXPECT_EQ(denied([&](Imf::Header& h) { h = without(h, name); }), Sentences{sentence(name)});
     }

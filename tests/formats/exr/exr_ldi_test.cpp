@@ -328,23 +328,23 @@ TEST_F(ExrLdi, ABandThatDoesNotFitThePlanIsRefused) {
             EXPECT_EQ(e.kind(), ErrorKind::kInternal) << e.what();
         }
     };
-    expectInternal([&] {  // rows missing in the middle
+    expectInternal([&] {  // rows are missing in the middle
         ExrLdiWriter writer(path, {.provenance = fullProvenance()});
         writer.begin(picture.plan);
         writer.write(test::cutRows(picture.image, 1, 5));
     });
-    expectInternal([&] {  // rows missing at the end
+    expectInternal([&] {  // rows are missing at the end
         ExrLdiWriter writer(path, {.provenance = fullProvenance()});
         writer.begin(picture.plan);
         writer.write(test::cutRows(picture.image, 0, 5));
         writer.finish();
     });
-    expectInternal([&] {  // one fragment more than planned
+    expectInternal([&] {  // there is one fragment fewer than planned
         SyntheticPicture wrong = picture;
         ++wrong.plan.fragments_stored;
         writeLdi(path, wrong);
     });
-    expectInternal([&] {  // a data window that cuts off fragments
+    expectInternal([&] {  // a data window cuts off fragments
         SyntheticPicture wrong = picture;
         --wrong.plan.layers[1].data_window.x1;
         writeLdi(path, wrong);

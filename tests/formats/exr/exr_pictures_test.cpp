@@ -115,7 +115,7 @@ TEST_F(ExrPictures, TheDisplayWindowIsThePictureAndTheDataWindowIsWhatIsStored) 
     const Window display{0, 0, 8, 6};
     struct Case {
         Imath::Box2i data;
-        Window all;  ///< including pixels outside the display window
+        Window all;  ///< the expected window, including pixels outside the display window
     };
     for (const Case& c :
          {Case{{{2, 1}, {5, 3}}, display}, Case{{{-2, -1}, {9, 6}}, {-2, -1, 10, 7}},

@@ -26,7 +26,7 @@ struct FlatPart {
     Imath::Box2i window{{0, 0}, {3, 2}};
     std::map<std::string, std::vector<double>> values{};
     std::map<std::string, Imf::PixelType> types{};  ///< types of channels that are not half
-    int sampling = 1;                               ///< subsampling of all channels
+    int sampling = 1;                               ///< subsampling factor of all channels
 
     Imf::PixelType typeOf(const std::string& channel) const {
         const auto found = types.find(channel);
@@ -36,7 +36,7 @@ struct FlatPart {
 
 struct FlatFileOptions {
     Imf::Compression compression = Imf::ZIP_COMPRESSION;
-    int tile = 0;  ///< side of the tiles, 0 = scan lines
+    int tile = 0;  ///< side of the tiles; 0 = scan lines
     Imf::LevelMode levels = Imf::ONE_LEVEL;
     Imf::LineOrder order = Imf::INCREASING_Y;
     Imath::Box2i display{{0, 0}, {7, 5}};

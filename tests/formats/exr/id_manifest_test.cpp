@@ -179,7 +179,7 @@ class ManifestBytes {
     }
 
   private:
-    std::string bytes_ = std::string(4, '\0');  // the version
+    std::string bytes_ = std::string(4, '\0');  // begins with the version number, 0
 };
 
 /// Manifests that compress to less than 200 KB, but take gigabytes or minutes to decode naively.
@@ -191,7 +191,7 @@ TEST(IdManifest, AsksForNoMoreThanNamesNeed) {
     again.number(kTexts).text("\xFF\1").text("\1", kTexts - 1);
     again.text(std::string(255, 'a')).text("\xFF", kTexts - 1);
     EXPECT_EQ(again.problem(), too_much);
-    // A million runs, each of a hundred thousand texts.
+    // The manifest has a million runs of a hundred thousand texts each.
     ManifestBytes runs;
     runs.number(100'000).text(std::string(1, '\0')).text("\1", 99'999);
     runs.text(std::string(1, '\0'), 99'999).number(kRuns);

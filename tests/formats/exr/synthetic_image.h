@@ -22,7 +22,7 @@ struct SyntheticOptions {
     Window crop = {};  ///< empty = the whole picture
     int most_layers = 7;
     PixelType color_type = PixelType::kHalf;
-    bool extra = false;  ///< adds id (uint) and N.X, N.Y, N.Z (half)
+    bool extra = false;  ///< whether to add id (uint) and N.X, N.Y, N.Z (half)
 };
 
 struct SyntheticPicture {

@@ -147,7 +147,7 @@ TEST_F(Atomic, SymbolicLinksAreFollowedToWhatIsNotThereYet) {
     EXPECT_TRUE(fs::is_symlink(scratch / "latest"));
     EXPECT_EQ(test::bytesOf(scratch / "v003/out.bin"), "new");
     EXPECT_EQ(filesIn(scratch / "v003"), 1U);
-    // An absolute link into a missing folder.
+    // The link is absolute and leads into a missing folder.
     fs::create_symlink(scratch / "v004/out.bin", scratch / "next");
     AtomicFile(scratch / "next").commit();
     EXPECT_TRUE(fs::is_symlink(scratch / "next"));

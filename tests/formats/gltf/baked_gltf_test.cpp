@@ -426,7 +426,7 @@ TEST(BakedGltf, StandsBesideDracosAttributes) {
         return glb.json["accessors"][primitive["attributes"][name].get<std::size_t>()]["count"];
     };
     for (const char* name : {"POSITION", "COLOR_0", "_AO"})
-        // The decoded count, not the one that the file declares.
+        // The count is the decoded one, not the one that the file declares.
         EXPECT_EQ(count_of(name), 3) << name;
 }
 

@@ -26,7 +26,7 @@ TEST(GltfAccessor, ReadsPackedFloats) {
 
 TEST(GltfAccessor, ReadsInterleavedVertices) {
     GltfBuilder builder = triangle();
-    // A vertex is position, normal and UV: 32 bytes.
+    // Each vertex has position, normal and UV: 32 bytes.
     const std::vector<float> vertices = {0, 0, 0, 0, 0, 1, 0.25F, 0.5F,  //
                                          2, 0, 0, 0, 1, 0, 0.75F, 1.5F,  //
                                          0, 3, 0, 1, 0, 0, -1,    2};

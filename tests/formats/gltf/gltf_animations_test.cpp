@@ -161,7 +161,7 @@ TEST(GltfAnimations, RefuseDamage) {
 
 TEST(GltfAnimations, HaveALimit) {
     GltfOptions tight;
-    tight.max_geometry_bytes = 100;  // the triangle takes 36
+    tight.max_geometry_bytes = 100;  // the vertices of the triangle need 36 bytes
     GltfBuilder builder = movingTriangle();
     EXPECT_EQ(load(builder, tight).animations.size(), 1U);
     builder.gltf["animations"].push_back(builder.gltf["animations"][0]);

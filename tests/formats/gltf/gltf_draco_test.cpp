@@ -24,7 +24,7 @@ struct Grid {
     std::vector<std::array<float, 3>> positions;
     std::vector<std::array<std::uint32_t, 3>> faces;
     std::vector<std::array<std::uint8_t, 4>> joints;
-    /// Also used as weights, since they add up to 1.
+    /// Colours, also used as weights, since the four values add up to 1.
     std::vector<std::array<std::uint8_t, 4>> colors;
 
     explicit Grid(std::uint32_t size) : n(size) {

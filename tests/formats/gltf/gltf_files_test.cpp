@@ -13,14 +13,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Returns the triangle with this URI as its buffer's.
+/// Returns the triangle with this URI for its buffer.
 GltfBuilder withUri(const std::string& uri) {
     GltfBuilder builder = triangle();
     builder.gltf["buffers"] = {{{"byteLength", builder.bin.size()}, {"uri", uri}}};
     return builder;
 }
 
-/// Changes the working folder, and restores it at the end.
+/// A change of the working folder, which the destructor reverts.
 class WorkingFolder {
   public:
     explicit WorkingFolder(const fs::path& folder) : before_(fs::current_path()) {
@@ -94,7 +94,7 @@ TEST(GltfFiles, ReadsDataUris) {
     for (const std::uint8_t byte : plain.bin)
         percent += std::string("%") + digits[byte >> 4] + digits[byte & 15];
     EXPECT_EQ(load(withUri(percent)).meshes[0].primitives[0].positions[1], glm::vec3(1, 0, 0));
-    // "TWFu" is base64 for "Man", RFC 4648's own example.
+    // "TWFu" is the base64 of "Man", an example from RFC 4648.
     const auto withBytes = [](const char* uri, int length) {
         GltfBuilder builder;
         builder.gltf["buffers"] = {{{"byteLength", length}, {"uri", uri}}};

@@ -58,7 +58,7 @@ TEST(GltfNodes, NestTenThousandLevels) {
     // One more node above the first exceeds the maximum depth.
     builder.gltf["nodes"].push_back({{"children", {0}}});
     EXPECT_NE(std::string(errorOf(builder).what()).find("deeper than 10000"), std::string::npos);
-    // A chain that closes into a ring.
+    // The nodes form a ring.
     builder.gltf["nodes"][depth - 1]["children"] = {depth};
     EXPECT_NE(std::string(errorOf(builder).what()).find("ancestor"), std::string::npos);
 }

@@ -238,7 +238,7 @@ TEST(MeshoptView, SaysWhichVersionItDoesNotDecode) {
 }
 
 TEST(MeshoptView, BelievesNoCountThatTheBytesCannotHold) {
-    // Zeros compress best, exactly to the codec's minimum.
+    // Zeros compress to the minimum that the codec allows.
     for (const std::size_t stride : {4U, 12U, 64U, 256U}) {
         const std::size_t count = 10000;
         const Bytes values(count * stride), bytes = encodeAttributes(values.data(), count, stride);
@@ -282,7 +282,7 @@ TEST(MeshoptView, OutlivesAnyByte) {
                 damaged[1 + random() % (damaged.size() - 1)] = static_cast<std::uint8_t>(random());
             MeshoptStream other = stream;
             other.bytes = damaged;
-            problemOf(other);  // either an error or numbers
+            problemOf(other);  // the result is either an error or numbers, but never a crash
         }
     }
 }

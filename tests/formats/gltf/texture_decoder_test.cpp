@@ -70,7 +70,7 @@ TEST(TextureDecoder, ExpandsGrey) {
               (Bytes{0, 0, 0, 255, 77, 77, 77, 255}));
     EXPECT_EQ(rgbaOf(png(2, 1, PngColor::kGreyAlpha, 8, {9, 0, 77, 33})),
               (Bytes{9, 9, 9, 0, 77, 77, 77, 33}));
-    // One bit per pixel: 0b01000000.
+    // The image has one bit per pixel: 0b01000000.
     EXPECT_EQ(rgbaOf(png(2, 1, PngColor::kGrey, 1, {0x40})),
               (Bytes{0, 0, 0, 255, 255, 255, 255, 255}));
 }
@@ -150,7 +150,7 @@ TEST(TextureDecoder, ReadsWebpWithoutItsMetadata) {
     const std::string_view text(reinterpret_cast<const char*>(reduced.data()), reduced.size());
     for (const char* name : {"EXIF", "XMP ", "ICCP"})
         EXPECT_EQ(text.find(name), std::string_view::npos) << name;
-    EXPECT_EQ(reduced[20], 0);  // no flags
+    EXPECT_EQ(reduced[20], 0);  // the flags of VP8X: none
     EXPECT_EQ(reduced[4], reduced.size() - 8);
     EXPECT_EQ(withoutWebpMetadata(reduced).bytes, reduced);
     // A chunk that exceeds the file is an error.
@@ -311,7 +311,7 @@ TEST(TextureDecoder, ReadsTgaOfEveryType) {
     EXPECT_EQ(rgbaOf(tga(11, 3, 1, 8, 0, {2, 1, 2, 3})),
               (Bytes{1, 1, 1, 255, 2, 2, 2, 255, 3, 3, 3, 255}));
     Bytes palette = tga(1, 2, 1, 8, 0, {0, 0, 255, 0, 255, 0, 5, 4});
-    palette[1] = 1;  // a palette of two 24-bit colours, from index 4 on
+    palette[1] = 1;  // the palette has two 24-bit colours, from index 4 on
     palette[3] = 4;
     palette[5] = 2;
     palette[7] = 24;

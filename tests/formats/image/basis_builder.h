@@ -70,8 +70,8 @@ struct BasisBooks {
     std::vector<Endpoint> endpoints = {{16, 16, 16, 0}};
     std::vector<std::uint32_t> selectors = {0};  ///< two bits per texel
     std::size_t history = 0;
-    bool grey = false;   ///< endpoints have one channel
-    bool plain = false;  ///< selectors are stored without a code
+    bool grey = false;   ///< whether endpoints have only one channel
+    bool plain = false;  ///< whether selectors are stored without a code
     BasisCode predictions = BasisCode::flat(257);
     BasisCode runs = BasisCode::flat(64);
 
@@ -136,7 +136,7 @@ inline Ktx2File basisFile(std::uint32_t width, std::uint32_t height, const Basis
     for (const Bytes& part : parts)
         appendNumber(file.global, part.size());
     appendNumber(file.global, 0);
-    appendNumber(file.global, 0);  // no flags
+    appendNumber(file.global, 0);  // the flags: none
     Bytes level;
     for (std::size_t i = 0; i < 2; ++i) {
         appendNumber(file.global, i < slices.size() ? level.size() : 0);

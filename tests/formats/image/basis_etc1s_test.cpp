@@ -109,7 +109,7 @@ TEST(BasisEtc1s, HasCodebooksOfEveryKind) {
         }
     EXPECT_EQ(pictures[0][0], (Color{72, 72, 72, 255}));  // 255 − 183
     EXPECT_EQ(pictures[0][4], (Color{17, 17, 17, 255}));  // 0 + 17
-    // 82 − 29; the selector is 0, the lowest bits of 0x78
+    // 82 − 29; the selector is 0, from the lowest bits of 0x78
     EXPECT_EQ(pictures[0][8], (Color{53, 53, 53, 255}));
     EXPECT_EQ(pictures[0][9], (Color{91, 91, 91, 255}));      // 82 + 9; the selector is 2
     EXPECT_EQ(pictures[0][12], (Color{194, 194, 194, 255}));  // 181 + 13
@@ -117,7 +117,7 @@ TEST(BasisEtc1s, HasCodebooksOfEveryKind) {
 
 TEST(BasisEtc1s, HasASecondSliceForAlpha) {
     BasisBooks books = redBooks();
-    books.endpoints.push_back({31, 8, 31, 0});  // the green of the second slice is alpha
+    books.endpoints.push_back({31, 8, 31, 0});  // the green of the second slice becomes alpha
     const std::vector<Bytes> slices = {plainSlice(books, 1, {{1, 0}}),
                                        plainSlice(books, 1, {{4, 0}})};
     for (const Color& pixel : pixelsOf(basisFile(4, 4, books, slices)))
@@ -146,9 +146,12 @@ TEST(BasisEtc1s, RefersToTheBlocksAround) {
     };
     // Explicit differences wrap around: 1, 1 + 3 = 0, 0 + 2 = 2, 2 + 1 = 3.
     EXPECT_EQ(redsOf(sliceOf(0xFF, {1, 3, 2, 1})), reds({1, 0, 2, 3}));
-    EXPECT_EQ(redsOf(sliceOf(0xF3, {1, 2, 3})), reds({1, 1, 3, 2}));  // refers to the left
-    EXPECT_EQ(redsOf(sliceOf(0x5F, {1, 1})), reds({1, 2, 1, 2}));     // above
-    EXPECT_EQ(redsOf(sliceOf(0xBF, {1, 1, 1})), reds({1, 2, 3, 1}));  // refers to above left
+    // Block 1 refers to its left neighbour.
+    EXPECT_EQ(redsOf(sliceOf(0xF3, {1, 2, 3})), reds({1, 1, 3, 2}));
+    // The lower blocks refer to the blocks above.
+    EXPECT_EQ(redsOf(sliceOf(0x5F, {1, 1})), reds({1, 2, 1, 2}));
+    // The last block refers to its upper left neighbour.
+    EXPECT_EQ(redsOf(sliceOf(0xBF, {1, 1, 1})), reds({1, 2, 3, 1}));
     for (const unsigned wrong : {0xFCU, 0xFDU, 0xFEU, 0xF7U, 0xFBU, 0xCFU, 0xEFU})
         EXPECT_TRUE(contains(problemOf(sliceOf(wrong, {0, 0, 0})), "outside the picture")) << wrong;
 }
@@ -221,8 +224,8 @@ TEST(BasisEtc1s, RepeatsSelectors) {
     // 3 + 62 times with an explicit length.
     const BasisBooks books = selectorBooks(2);
     const auto file = selectorsFile(books, 72, [&](BitWriter& bits, std::size_t i) {
-        if (i == 0) books.codes().put(bits, 3);  // stores it at position 1
-        if (i == 1) books.codes().put(bits, 5);  // swaps it with position 0
+        if (i == 0) books.codes().put(bits, 3);  // stores selector 3 at position 1 of the history
+        if (i == 1) books.codes().put(bits, 5);  // swaps positions 0 and 1 of the history
         if (i == 2 || i == 6) books.codes().put(bits, 6);
         if (i == 2) books.runs.put(bits, 1);
         if (i == 6) {
@@ -234,7 +237,7 @@ TEST(BasisEtc1s, RepeatsSelectors) {
     std::vector<std::size_t> expected(72, 3);
     expected.back() = 0;
     EXPECT_EQ(redsOf(file), shown(expected));
-    // A length written in two pieces: 3 + (4 + 128).
+    // The length is written in two pieces: 3 + (4 + 128).
     const auto longer = selectorsFile(books, 139, [&](BitWriter& bits, std::size_t i) {
         if (i == 0) books.codes().put(bits, 3);
         if (i == 1) books.codes().put(bits, 5);
@@ -326,7 +329,7 @@ TEST(BasisEtc1s, RefusesGlobalDataThatContradictsItself) {
     Ktx2File alpha = whole;
     alpha.channels = {0, 15};
     EXPECT_TRUE(contains(problemOf(alpha), "slice of 0 bytes"));
-    // The error names the byte in the image description.
+    // The error names the position of the byte in the image description.
     EXPECT_TRUE(
         contains(problemOf(alpha), "byte " + std::to_string(20 + alpha.descriptorAt() + 60 + 4)));
 }
@@ -340,7 +343,7 @@ HuffmanTable tableOf(const std::vector<std::uint8_t>& lengths) {
 }
 
 TEST(HuffmanTable, DecodesWhatWasEncoded) {
-    // A code with all lengths from 1 to 16.
+    // The code has all lengths from 1 to 16.
     std::vector<std::uint8_t> lengths;
     for (std::uint8_t length = 1; length <= 16; ++length)
         lengths.push_back(length);
@@ -391,7 +394,7 @@ TEST(HuffmanTable, TakesRunsOfLengths) {
     const HuffmanTable table =
         read(30, {{17, 0, 3}, {18, 0, 7}, {4, 0, 0}, {19, 0, 2}, {20, 5, 7}});
     EXPECT_EQ(table.symbols(), 30U);
-    const Bytes bits = {0x80};  // code 0, then code 1, highest bit first
+    const Bytes bits = {0x80};  // the bits of code 0, then of code 1, highest bit first
     BitReader reader(bits, 0);
     EXPECT_EQ(table.decode(reader), 14U);
     EXPECT_EQ(table.decode(reader), 15U);

@@ -43,7 +43,8 @@ StraightPixel clipped(const Rgba& shown) {
 TEST(StraightPixels, LightOnClearGlassSurvivesOverEveryGrey) {
     const struct {
         Rgba shown;
-        double before, after;  // minimum error when clipped, maximum error of straightPixel()
+        // Minimum error if colours are clipped, maximum error of straightPixel().
+        double before, after;
     } rows[] = {{{0.05F, 0.05F, 0.05F, 0}, 62, 23},  {{0.18F, 0.18F, 0.18F, 0}, 116, 22},
                 {{0.5F, 0.5F, 0.5F, 0}, 186, 18},    {{0.8F, 0.8F, 0.8F, 0.3F}, 154, 11},
                 {{0.18F, 0.09F, 0.02F, 0}, 116, 49}, {{0.18F, 0, 0, 0}, 116, 61}};
@@ -208,7 +209,8 @@ TEST(Metering, DoesNotDependOnBandsOrOrder) {
         meter.add(pictureOf({pixels.begin() + static_cast<std::ptrdiff_t>(first),
                              pixels.begin() + static_cast<std::ptrdiff_t>(first + 500)}));
     EXPECT_EQ(meter.stops(), whole);
-    EXPECT_EQ(std::round(whole * 10) / 10, whole);  // users can specify it exactly
+    // The exposure has one decimal, so users can specify it exactly.
+    EXPECT_EQ(std::round(whole * 10) / 10, whole);
 }
 
 TEST(Metering, OfUnknownLightChangesOnlyWhatCannotBeShown) {

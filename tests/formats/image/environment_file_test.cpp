@@ -243,7 +243,7 @@ TEST(EnvironmentFile, WarnsOfPicturesThatAreNotTwiceAsWideAsHigh) {
     const ScratchDir folder;
     for (const auto& [width, height] : {std::pair(64, 32), {1, 1}, {63, 32}, {64, 33}})
         EXPECT_TRUE(skyOf(writeExr(folder, width, height)).warnings.empty());
-    // The sizes of a light probe and of cube crosses.
+    // These are the sizes of a light probe and of cube crosses.
     for (const auto& [width, height] : {std::pair(32, 32), {24, 32}, {32, 24}, {8, 48}})
         EXPECT_EQ(skyOf(writeExr(folder, width, height)).warnings.size(), 1U);
 }

@@ -103,7 +103,8 @@ TEST_F(FlatImageFile, OfAJpegIsTurnedAsItsExifSays) {
     const FlatImage flat = readFlatImage(path("a.jpg"));
     EXPECT_EQ(flat.width, 8);
     EXPECT_EQ(flat.height, 16);
-    EXPECT_NEAR(flat.image.rgba[0][0], 0, 0.01);  // the former top is now on the right
+    // The white half, formerly at the top, is now on the right.
+    EXPECT_NEAR(flat.image.rgba[0][0], 0, 0.01);
     EXPECT_NEAR(flat.image.rgba[7][0], 1, 0.01);
 }
 

@@ -45,7 +45,7 @@ test::SyntheticPicture rowOfPixels(const std::vector<Rgba>& colors) {
 
 struct Pixels {
     int width = 0, height = 0, channels = 0;
-    std::vector<std::uint16_t> values;  ///< as stored: 0–255 or 0–65535
+    std::vector<std::uint16_t> values;  ///< values as stored: 0–255 or 0–65535
 };
 
 Pixels readBack(const fs::path& path) {
@@ -104,9 +104,11 @@ TEST_F(ImageFile, BackgroundExposureAndCrop) {
     options.exposure = -1;
     const Pixels pixels = writeAndRead(
         scratch / "out.png", rowOfPixels({{}, {1, 1, 1, 1}, {0.5F, 0, 0, 0.5F}}), options);
-    const std::vector<std::uint16_t> wanted = {0,   0,   188, 255,   // 0.5, at any exposure
-                                               188, 188, 188, 255,   // half of 1
-                                               137, 0,   137, 255};  // (0.25, 0, 0) and half of 0.5
+    // Background: 0.5 at any exposure.
+    const std::vector<std::uint16_t> wanted = {0, 0, 188, 255, 188, 188, 188,
+                                               255,  // white at half exposure: 0.5
+                                               // (0.25, 0, 0) over half of the background.
+                                               137, 0, 137, 255};
     EXPECT_EQ(pixels.values, wanted);
 
     const auto picture = test::makePicture({.seed = 8, .crop = {10, 20, 40, 50}});
@@ -232,7 +234,8 @@ TEST(ToneMaps, CurvesAreWhatTheyClaim) {
     for (const ToneMap& entry : toneMaps()) {
         SCOPED_TRACE(std::string(entry.name));
         float before = -1;
-        for (float v = 0; v <= 20; v += 0.125F) {  // greys must stay grey and be monotonic
+        // The tone map must be monotonic and keep greys grey.
+        for (float v = 0; v <= 20; v += 0.125F) {
             const auto mapped = entry.map({v, v, v});
             EXPECT_NEAR(mapped[0], mapped[1], 2e-3F);
             EXPECT_NEAR(mapped[0], mapped[2], 2e-3F);

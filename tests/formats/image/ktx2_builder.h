@@ -25,19 +25,19 @@ inline void setNumber(Bytes& out, std::size_t at, std::uint64_t value, std::size
 }
 
 struct Ktx2Part {
-    Bytes bytes;                 ///< as stored
-    std::uint64_t unpacked = 0;  ///< the size in the index
+    Bytes bytes;                 ///< the level's bytes as stored
+    std::uint64_t unpacked = 0;  ///< the unpacked size in the index of levels
 };
 
 /// The parts of a file. The defaults describe a UASTC picture in sRGB without levels.
 struct Ktx2File {
     std::uint32_t vk_format = 0, width = 4, height = 4;
-    std::uint32_t scheme = 0;  ///< 0 none, 1 BasisLZ, 2 Zstandard, 3 ZLIB
+    std::uint32_t scheme = 0;  ///< supercompression: 0 none, 1 BasisLZ, 2 Zstandard, 3 ZLIB
     std::uint8_t model = 166, primaries = 1, transfer = 2, flags = 0;
-    Bytes channels = {3};  ///< of the samples in the descriptor
+    Bytes channels = {3};  ///< channel of each sample in the descriptor
     std::vector<std::pair<std::string, std::string>> metadata{};
     Bytes global{};
-    std::vector<Ktx2Part> levels{};  ///< the largest first
+    std::vector<Ktx2Part> levels{};  ///< the levels, the largest first
 
     /// Returns the offset of the data format descriptor, which follows the index of levels.
     std::size_t descriptorAt() const { return 80 + 24 * levels.size(); }

@@ -121,7 +121,7 @@ TEST(Ktx2, MayHaveSeveralFramesOfZstandardAndNothingElse) {
     file.scheme = 2;
     file.levels[0].bytes = frames;
     EXPECT_EQ(decoded(file.bytes()).rgba, decoded(uastcFile(8, 4, blocks).bytes()).rgba);
-    file.levels[0].bytes[at] = 0x27;  // the format of version 0.7
+    file.levels[0].bytes[at] = 0x27;  // the magic number of Zstandard 0.7
     EXPECT_TRUE(contains(problemOf(file.bytes()), "no Zstandard frame begins here"));
 }
 
@@ -173,7 +173,8 @@ TEST(Ktx2, HasTheChannelsThatItSays) {
     };
     EXPECT_EQ(shown(0), (Bytes{1, 2, 3, 255}));  // RGB
     EXPECT_EQ(shown(3), (Bytes{1, 2, 3, 4}));    // RGBA
-    EXPECT_EQ(shown(4), (Bytes{1, 2, 3, 255}));  // repeated R; or colours from a beta of toktx
+    // Repeated R, or the colours of files by a beta of toktx.
+    EXPECT_EQ(shown(4), (Bytes{1, 2, 3, 255}));
     EXPECT_EQ(shown(5), (Bytes{1, 4, 0, 255}));  // repeated R, with G as alpha
     EXPECT_EQ(shown(6), (Bytes{1, 2, 0, 255}));  // R and G
     EXPECT_TRUE(contains(problemOf([] {
@@ -191,7 +192,7 @@ TEST(Ktx2, HasTheChannelsThatItSays) {
     const Bytes all_three = decoded(grey.bytes()).rgba;
     grey.channels = {0};
     EXPECT_EQ(all_three, decoded(grey.bytes()).rgba);
-    file.channels = {3, 4};  // red in one slice, green in the other
+    file.channels = {3, 4};  // one slice has red, the other green
     const Bytes rgba = decoded(file.bytes()).rgba;
     EXPECT_EQ(Bytes(rgba.begin(), rgba.begin() + 4), (Bytes{124, 247, 0, 255}));
 }

@@ -119,7 +119,7 @@ const std::map<std::pair<unsigned, unsigned>, std::map<unsigned, std::uint8_t>> 
       {160, 66},
       {190, 126},
       {191, 129}}},
-    // Without digits, the bits are repeated.
+    // Values without a digit are scaled by repeating their bits.
     {{1, 4}, {{0, 0}, {15, 255}, {1, 0x11}, {7, 0x77}, {8, 0x88}, {10, 0xAA}, {14, 0xEE}}},
     {{1, 5}, {{0, 0}, {31, 255}, {1, 0x08}, {4, 0x21}, {16, 0x84}, {21, 0xAD}, {30, 0xF7}}},
     {{1, 8}, {{0, 0}, {255, 255}, {1, 1}, {77, 77}, {128, 128}, {200, 200}, {254, 254}}},
@@ -138,7 +138,7 @@ std::vector<std::pair<unsigned, std::uint8_t>> endpointsOf(const UastcLayout& mo
 /// Returns the subset of a texel by ASTC's algorithm for blocks of 4 × 4 (Khronos Data Format
 /// Specification 1.3, "Partition Pattern Generation").
 unsigned astcSubset(unsigned seed, unsigned x, unsigned y, unsigned count) {
-    x *= 2;  // for all blocks of fewer than 31 texels
+    x *= 2;  // ASTC doubles x and y in blocks of fewer than 31 texels
     y *= 2;
     seed += (count - 1) * 1024;
     std::uint32_t p = seed;

@@ -15,10 +15,10 @@ struct UastcLayout {
     unsigned code, code_bits;
     /// Number of the first bit after the transcoding hints ("mode encoding summary").
     unsigned first;
-    unsigned pattern_bits, patterns;  ///< bits of PAT, and the number of patterns
-    bool selects;                     ///< whether the mode has CSEL
+    unsigned pattern_bits, patterns;  ///< number of bits of the field PAT, and number of patterns
+    bool selects;                     ///< whether the mode has the field CSEL
     unsigned subsets, channels, planes;
-    unsigned digits;  ///< 3 = trits, 5 = quints, 1 = none
+    unsigned digits;  ///< values of a digit: 3 = trits, 5 = quints, 1 = no digits
     unsigned endpoint_bits, weight_bits;
 
     std::size_t endpoints() const { return std::size_t{2} * subsets * channels; }

@@ -64,8 +64,8 @@ TEST_F(ForeignMeshes, NamesOfObjAreReadAsProgramsWriteThem) {
     writeFile(folder_ / "sub/c.png", pictureOfRed(20));
     writeFile(folder_ / "Photo #1.png", pictureOfRed(30));
     const struct {
-        const char* library;  ///< the name in `mtllib`
-        const char* file;     ///< the name on disk
+        const char* library;  ///< the library's name in `mtllib`
+        const char* file;     ///< the library's name on disk
         const char* texture;
         int red;
         bool warned;

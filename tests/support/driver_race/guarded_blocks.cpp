@@ -15,7 +15,7 @@
 #include <cstring>
 
 extern "C" {
-// The C library's own functions.
+// These are the C library's own functions.
 void* __libc_malloc(std::size_t size);
 void* __libc_calloc(std::size_t count, std::size_t size);
 void* __libc_realloc(void* block, std::size_t size);

@@ -76,7 +76,7 @@ extern Plan plan;
 extern Record* record;
 extern std::atomic<bool> counting;  ///< whether main() is running
 
-/// Whether calls made by this thread count at this moment.
+/// Whether the calls of this thread are counted at this moment.
 bool counts();
 /// Adds an entry to the record's `places`.
 void addPlace(std::uint64_t place);

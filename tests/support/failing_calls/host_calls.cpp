@@ -247,7 +247,7 @@ int fcntl(int file, int command, ...) {
     va_list more;
     va_start(more, command);
     void* const argument =
-        va_arg(more, void*);  // one int or pointer, or none, depending on the command
+        va_arg(more, void*);  // some commands have one int or pointer, others have none
     va_end(more);
     const bool duplicates = command == F_DUPFD || command == F_DUPFD_CLOEXEC;
     return duplicates && fails(failing::k_duplicate) ? -1 : REAL(fcntl)(file, command, argument);
@@ -325,7 +325,7 @@ int pthread_create(pthread_t* thread, const pthread_attr_t* attributes, void* (*
                    void* argument) noexcept {
     if (failing::counts()) {
         if (fails(failing::k_thread)) return errno;
-        const failing::Uncounted inside;  // glibc's own memory for the thread does not count
+        const failing::Uncounted inside;  // allocations by glibc for the thread do not count
         return REAL(pthread_create)(thread, attributes, work, argument);
     }
     auto* const start = static_cast<failing::Start*>(__libc_malloc(sizeof(failing::Start)));

@@ -38,7 +38,7 @@ constexpr int kMostDevices = 8;
 struct FakeDevice {
     int index = 0;
     bool string_queried = false;
-    EGLDisplay display = EGL_NO_DISPLAY;  ///< the real display used for the fake one
+    EGLDisplay display = EGL_NO_DISPLAY;  ///< the real display behind the fake device
 };
 std::array<FakeDevice, kMostDevices> devices;
 thread_local const FakeDevice* current = nullptr;

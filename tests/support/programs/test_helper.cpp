@@ -73,7 +73,7 @@ void transgress(std::uint64_t number) {
             unlink("/nowhere/file");
             return;
         default:
-            _exit(0);  // no more cases
+            _exit(0);  // there are no more cases
     }
 }
 

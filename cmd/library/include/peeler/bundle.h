@@ -31,8 +31,8 @@ glm::dmat3 bundleSides(const glm::dvec3& direction, double roll = 0);
 /// The density and placement of a bundle's rays.
 struct RayGrid {
     int resolution = 1024;
-    double spacing = 0;     ///< scene units; 0 = computed from the resolution
-    double roll = 0;        ///< radians, about the direction
+    double spacing = 0;  ///< distance between rays, scene units; 0 = computed from the resolution
+    double roll = 0;     ///< rotation about the rays' direction, radians
     glm::dvec2 shift{0.5};  ///< position of each ray within its grid cell, 0–1, y down
 };
 
@@ -70,7 +70,7 @@ Bundle parallelBundle(std::string name, const Bounds& area, const Bounds& scene,
 /// Bundles along +X, +Y and +Z (a layered depth normal image: Chen & Wang 2008) on a common lattice
 /// of cubes. All rays go through cell centres.
 struct AxisBundles {
-    std::vector<Bundle> bundles;  ///< along +X, +Y and +Z, in this order
+    std::vector<Bundle> bundles;  ///< three bundles: along +X, +Y and +Z
     glm::dvec3 corner{0};         ///< minimum corner of the first cell, world space
     double spacing = 0;           ///< side of a cell, scene units
     glm::ivec3 cells{0};          ///< number of cells along x, y, z

@@ -47,15 +47,15 @@ struct CameraChoice {
     /// Camera to world, looking along −Z with +Y up (glTF's convention). Replaces `eye`, `target`
     /// and `up`.
     std::optional<glm::dmat4> pose{};
-    std::optional<double> fov{};           ///< vertical, degrees
-    std::optional<double> ortho_height{};  ///< scene units
+    std::optional<double> fov{};           ///< vertical field of view, degrees
+    std::optional<double> ortho_height{};  ///< height of an orthographic picture, scene units
     /// Replaces the field of view of any camera; `size` must have a height. The picture becomes a
     /// crop of a larger one that is centred on the axis (View::width). View::sample holds the
     /// offset that is a fraction of a pixel.
     std::optional<Intrinsics> intrinsics{};
-    std::optional<double> near{}, far{};  ///< scene units
+    std::optional<double> near{}, far{};  ///< distances to the near and far plane, scene units
     Size size{1280, 720};
-    std::optional<Window> crop{};  ///< pixels of the picture
+    std::optional<Window> crop{};  ///< the part of the picture to render, pixels
 
     /// Whether the camera is built from these numbers rather than taken from the scene.
     bool buildsCamera() const { return eye || target || up || pose || fov || ortho_height; }

@@ -18,14 +18,14 @@ namespace peeler::inline v0 {
 
 /// The set of fragments to capture (core/README.md, "What a fragment is").
 enum class Surfaces : std::uint8_t {
-    kAll,         ///< all, also those behind opaque surfaces
+    kAll,         ///< all fragments, also those behind opaque surfaces
     kVisible,     ///< up to and including the nearest opaque one: OPAQUE or MASK, not transmissive
-    kTransparent  ///< as kVisible, without the opaque fragments
+    kTransparent  ///< the fragments of kVisible without the opaque ones
 };
 
 /// The sides of triangles to rasterise.
 enum class Faces : std::uint8_t {
-    kGltf,   ///< both if the material is doubleSided, else front faces only
+    kGltf,   ///< both sides if the material is doubleSided, else front faces only
     kFront,  ///< front faces only
     kBack,   ///< back faces only
     kBoth
@@ -38,10 +38,10 @@ enum class Shading : std::uint8_t { kPbr, kUnlit };
 /// first extra array holds their keys (kKeyChannel). Rays never hit lines and points, which have no
 /// area.
 enum class HitMode : std::uint8_t {
-    kNone,     ///< a picture
+    kNone,     ///< a picture instead of hits
     kRefined,  ///< Z recomputed from the primitive in double precision; hits sorted by this Z
-    kRaw,      ///< Z as rasterised
-    kSloped    ///< Z as rasterised; depth slopes in place of colour (LayeredImage::color)
+    kRaw,      ///< Z as computed by the rasteriser
+    kSloped    ///< as kRaw, with depth slopes in place of colour (LayeredImage::color)
 };
 
 /// Returns the number of colour components stored during a capture (shaders/packed_color.glsl).
@@ -52,25 +52,26 @@ inline constexpr std::size_t storedComponents(bool tinted) {
 
 /// The settings of a capture. The defaults capture every fragment, as a picture.
 struct CaptureSettings {
-    std::string method = "a-buffer";  ///< a value of `peeler render --method`
+    std::string method = "a-buffer";  ///< method name, as in `peeler render --method`
     Surfaces surfaces = Surfaces::kAll;
     Faces faces = Faces::kGltf;
     Shading shading = Shading::kPbr;
-    bool shadows = false;    ///< cast by directional and spot lights, including the built-in light
-    int shadow_size = 2048;  ///< texels per side of each light's shadow map
-    bool opaque_only = false;  ///< skip materials that are BLEND or transmissive
+    /// Whether directional and spot lights, also the built-in light, cast shadows.
+    bool shadows = false;
+    int shadow_size = 2048;    ///< texels per side of each light's shadow map
+    bool opaque_only = false;  ///< whether to skip materials that are BLEND or transmissive
     /// Side, in pixels, of the square drawn around a point. A point whose centre is outside the
     /// picture is not drawn. In pictures of several raster tiles (4096 x 4096 pixels), it is drawn
     /// only in the tile that contains its centre.
     int point_size = 1;
-    ClipVolume clip{};                        ///< fragments outside the kept side are discarded
+    ClipVolume clip{};  ///< clip volume; fragments outside its kept side are discarded
     PixelType color_type = PixelType::kHalf;  ///< kHalf or kFloat
     /// Coloured opacity: glass filters each colour channel separately (LayeredImage::tinted). Needs
     /// more memory and only makes a difference if hasTintedGlass(). If false, glass has a single
     /// alpha.
     bool tinted = false;
     HitMode hit_mode = HitMode::kNone;
-    bool depth_clamp = false;  ///< no clipping at the near and far planes
+    bool depth_clamp = false;  ///< whether to disable clipping at the near and far planes
     /// Extra channels to store per fragment, in the order of channelTable(). Composites have no
     /// extra channels.
     std::vector<Channel> channels{};
@@ -83,8 +84,9 @@ struct CaptureSettings {
     /// Composites each band before the sink gets it: the band then has at most one fragment per
     /// pixel, in 32-bit float.
     bool composite = false;
-    MemoryBudget memory{};  ///< for the whole process, not counting MemoryBudget::base
-    std::uint64_t band_bytes = 384ULL << 20;  ///< maximum size of a band; less if memory is tight
+    MemoryBudget memory{};  ///< limit for the whole process, not counting MemoryBudget::base
+    /// Maximum bytes of a band; a tight `memory` makes bands smaller.
+    std::uint64_t band_bytes = 384ULL << 20;
 
     /// Returns the number of bytes per fragment in LayeredImage::color.
     std::size_t colorBytes() const {

@@ -41,7 +41,7 @@ struct CompositeImage {
     std::vector<float> z;
     /// AR, AG and AB of each pixel. If empty, A applies to every channel.
     std::vector<std::array<float, 3>> opacity{};
-    std::vector<FragmentArray> extra{};  ///< further channels, one record per pixel
+    std::vector<FragmentArray> extra{};  ///< arrays of further channels, one record per pixel
 
     /// Returns the bytes per pixel of colour and Z.
     static constexpr std::size_t pixelBytes(bool is_tinted) {

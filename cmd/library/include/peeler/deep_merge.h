@@ -9,9 +9,9 @@ namespace peeler::inline v0 {
 /// The criterion by which neighbouring samples of a pixel are merged.
 enum class DeepMerge {
     kOff,
-    kExact,  ///< equal Z
-    kById,   ///< same object and material, near in Z, similar alpha
-    kByZ     ///< near in Z
+    kExact,  ///< merges samples with equal Z
+    kById,   ///< merges samples of one object and material that are near in Z and similar in alpha
+    kByZ     ///< merges samples that are near in Z
 };
 
 /// The merge mode and its tolerances: Z in scene units, alpha in 0–1. Both are measured from the

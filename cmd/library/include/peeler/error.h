@@ -15,10 +15,10 @@ namespace peeler::inline v0 {
 /// The cause of a failure. The values are the exit codes of the command line.
 enum class ErrorKind : int {
     kInternal = 1,    ///< a bug in peeler: an invariant did not hold
-    kUsage = 2,       ///< the caller asked for something invalid or nonexistent
+    kUsage = 2,       ///< the caller requested something invalid or nonexistent
     kInput = 3,       ///< an input file is unreadable or invalid
     kOutput = 4,      ///< an output could not be written
-    kDevice = 5,      ///< no usable GL device, or it was lost
+    kDevice = 5,      ///< no usable GL device was found, or the device was lost
     kIncomplete = 6,  ///< fragments were dropped, but the caller requires all of them
     kMemory = 33,     ///< out of memory, or over the budget
 };

@@ -32,17 +32,17 @@ std::unique_ptr<Sink> openFile(const std::string& path, const OutputOptions& opt
 
 /// A layered picture in memory.
 struct StoredLayers {
-    Plan plan;  ///< view, layers, fragment counts
+    Plan plan;  ///< the view, layers and fragment counts
     LayeredImage image;
     Provenance provenance;
-    std::vector<Text> warnings{};  ///< about the file's header and data
+    std::vector<Text> warnings{};  ///< warnings about the file's header and data
 };
 
 /// Reads layered files in any layout, deep files, and flat pictures as one layer. Throws Error
 /// (kInput) if the file is invalid, Error (kUsage) if it lacks the requested part or view.
 StoredLayers readLayers(const std::string& path, const LayeredReadOptions& options = {});
 
-/// Writes layers in the formats of openFile().
+/// Writes layers to a file in any format of openFile().
 void writeLayers(const std::string& path, const StoredLayers& layers, OutputOptions options = {});
 
 }  // namespace peeler::inline v0

@@ -25,8 +25,10 @@ struct GltfOptions {
     /// Names of unsupported extensions that are ignored even if the file requires them. A texture
     /// whose only image needs one of these extensions is left out, with a warning.
     std::vector<std::string> ignored_extensions{};
-    std::uint64_t max_file_bytes = std::uint64_t{2} << 30;   ///< per file: scene, buffer, image
-    std::uint64_t max_image_bytes = std::uint64_t{1} << 30;  ///< per image, decoded to RGBA
+    /// Limit for each file: scene, buffer or image.
+    std::uint64_t max_file_bytes = std::uint64_t{2} << 30;
+    /// Limit for each image, decoded to RGBA.
+    std::uint64_t max_image_bytes = std::uint64_t{1} << 30;
     /// Maximum for all vertices and indices in memory. Many primitives of a small file may share
     /// the same bytes, so the file sizes do not limit this total.
     std::uint64_t max_geometry_bytes = std::uint64_t{16} << 30;

@@ -72,7 +72,7 @@ struct LayeredImage {
     /// dDepth.X and dDepth.Y (float), the change in buffer depth from one pixel's ray to the next,
     /// y up.
     FragmentArray color;
-    std::vector<FragmentArray> extra;  ///< the other requested quantities
+    std::vector<FragmentArray> extra;  ///< one array for each other requested channel
 
     std::size_t fragments() const { return z.size(); }
     /// Whether opacity is coloured (`color` has AR, AG and AB).
@@ -95,9 +95,9 @@ class FragmentChannel {
     PixelType type() const { return array_->type; }
     /// Returns the stored value of a fragment, pixelTypeSize(type()) bytes.
     const std::byte* data(std::size_t fragment) const;
-    /// Returns the value. The channel must have type uint.
+    /// Returns the value of a fragment. The channel must have type uint.
     std::uint32_t id(std::size_t fragment) const;
-    /// Returns the value as float; uint values are rounded.
+    /// Returns the value of a fragment as float; uint values are rounded.
     float value(std::size_t fragment) const;
 
   private:

@@ -12,7 +12,7 @@ namespace peeler::inline v0 {
 /// Other files may hold several, as parts, channel layers (beauty.R, beauty.G, …) and views (left,
 /// right).
 struct LayeredReadOptions {
-    bool strict = false;  ///< warnings become an Error (kInput)
+    bool strict = false;  ///< whether a warning becomes an Error (kInput)
     std::string part{};   ///< name of a part or layer; "" = the first that has colours
     std::string view{};   ///< name of a view; "" = the file's default
     /// Whether the output format has neither a header nor pixels outside the display window. Then

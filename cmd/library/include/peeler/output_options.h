@@ -18,14 +18,16 @@ namespace peeler::inline v0 {
 /// The exposure applied to a display picture, and the number of pixels whose alpha was changed.
 /// Valid after finish().
 struct DisplayOutcome {
-    float exposure = 0;               ///< stops
-    std::uint64_t raised_pixels = 0;  ///< pixels whose alpha was raised to hold their colour
+    float exposure = 0;  ///< stops
+    /// Number of pixels whose alpha was raised above their coverage.
+    std::uint64_t raised_pixels = 0;
 };
 
 /// Options for fragment lists as dense planes: plane k holds the k-th fragment of every pixel.
 struct DenseSettings {
     std::uint32_t layers = 0;  ///< planes, from the front; 0 = one per layer of the picture
-    PixelType type = PixelType::kFloat;  ///< for quantities that are not integers: kFloat or kHalf
+    /// Type of quantities that are not integers: kFloat or kHalf.
+    PixelType type = PixelType::kFloat;
     /// The value of non-integer quantities where a pixel has no k-th fragment.
     double fill = std::numeric_limits<double>::quiet_NaN();
     bool repeat_last = false;  ///< fill with the pixel's last fragment instead; NaN if it has none
@@ -37,20 +39,21 @@ struct OutputOptions {
     std::string as{};                ///< kind; "" = the first in the format table for the extension
     bool no_composite = false;       ///< ldi: omit the part `composite`
     bool cryptomatte = false;        ///< ldi, composite: add Cryptomatte; needs the channels id.*
-    bool composited = false;         ///< composite: the bands arrive already composited
+    bool composited = false;         ///< composite: whether the bands arrive already composited
     std::string layout{};            ///< ldi: a name from exrLayouts(), "" = plain
-    DeepMergeSettings deep_merge{};  ///< deep
+    DeepMergeSettings deep_merge{};  ///< deep: how to merge samples
     std::string compression{};       ///< ldi, deep: a name from exrCompressions(), "" = default
     /// Premultiplied linear RGBA for a composite or a page. For PNG, JPEG and TIFF it is a display
     /// colour, which exposure and tone map do not change.
     std::array<float, 4> background{};
-    float exposure = 0;                       ///< stops; PNG, JPEG, TIFF, page
-    bool automatic_exposure = false;          ///< use ExposureMeter in place of `exposure`
-    std::string tone_map = "none";            ///< PNG, JPEG, TIFF, page
-    DenseSettings dense{};                    ///< dense
+    float exposure = 0;               ///< PNG, JPEG, TIFF, page: exposure in stops
+    bool automatic_exposure = false;  ///< use the ExposureMeter's value in place of `exposure`
+    std::string tone_map = "none";    ///< PNG, JPEG, TIFF, page: name of the tone map
+    DenseSettings dense{};            ///< dense: how to write the planes
     std::uint64_t max_fragments = 4'000'000;  ///< page: maximum number of fragments
     Provenance provenance{};
-    std::shared_ptr<DisplayOutcome> outcome{};  ///< PNG, JPEG, TIFF, page: filled in unless null
+    /// PNG, JPEG, TIFF, page: set by the sink unless null.
+    std::shared_ptr<DisplayOutcome> outcome{};
 };
 
 }  // namespace peeler::inline v0

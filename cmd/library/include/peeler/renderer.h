@@ -26,9 +26,10 @@ namespace peeler::inline v0 {
 /// Renderer caches it. Make a new Scene for every change.
 struct Shown {
     std::shared_ptr<const Scene> scene;
-    int index = -1;                 ///< index into Scene::scenes; −1 = Scene::default_scene
-    std::vector<int> animations{};  ///< to play; indices into Scene::animations; empty = at rest
-    double time = 0;                ///< seconds
+    int index = -1;  ///< index into Scene::scenes; −1 = Scene::default_scene
+    /// Animations to play, as indices into Scene::animations; empty = at rest.
+    std::vector<int> animations{};
+    double time = 0;  ///< seconds
     /// Coloured opacity (LayeredImage::tinted) if the scene has coloured glass. If false, glass has
     /// a single alpha.
     bool colored_glass = true;
@@ -47,11 +48,11 @@ CaptureSettings raySettings();
 
 /// The choice of a Renderer's device, and its memory limit.
 struct RendererOptions {
-    std::string backend = "auto";  ///< "egl", "osmesa", or "auto": the first that works
+    std::string backend = "auto";  ///< "egl", "osmesa", or "auto" (the first of these that works)
     /// A GPU from the list of `peeler devices`: "3", "cuda:1", "uuid:8932f937"; "" = the first that
     /// works, or the CPU if no GPU does.
     std::string device;
-    bool require_gpu = false;  ///< throw an Error instead of falling back to the CPU
+    bool require_gpu = false;  ///< whether to throw an Error instead of falling back to the CPU
     /// Maximum number of bytes by which a call may increase the memory of the process; 0 = no
     /// limit.
     std::uint64_t memory = 0;
@@ -78,7 +79,7 @@ struct RendererOptions {
 /// The rasteriser that finds ray hits.
 enum class RayEngine : std::uint8_t {
     kAuto,  ///< GL if there is a GPU, or if RendererOptions choose a device; else the CPU
-    kCpu,   ///< needs no GL
+    kCpu,   ///< the CPU rasteriser, which needs no GL
     kGl
 };
 

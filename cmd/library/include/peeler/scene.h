@@ -44,7 +44,7 @@ struct Image {
 /// and +X a quarter of the width to the left of the centre.
 struct Environment {
     int width = 0, height = 0;
-    std::vector<glm::vec3> radiance;  ///< finite, not negative
+    std::vector<glm::vec3> radiance;  ///< radiance of the pixels; finite, not negative
     double rotation = 0;              ///< radians about +Y; positive turns +Z toward +X
     std::uint64_t content_hash = 0;
     /// Whether this is the built-in environment, whose maps are part of the program.
@@ -66,10 +66,10 @@ struct MorphTarget {
 
 /// The location of a primitive in its file, for code that adds data to the file.
 struct PrimitiveSource {
-    std::size_t primitive = 0;  ///< index within the file's mesh
+    std::size_t primitive = 0;  ///< index within the mesh of the file
     /// Index of the first vertex that is kept, among the file's vertices.
     std::size_t first_vertex = 0;
-    std::size_t vertices = 0;  ///< number of vertices in the file, decoded
+    std::size_t vertices = 0;  ///< number of vertices in the file, after decoding
 };
 
 /// A draw primitive: vertex arrays of equal length (empty if the file lacks one) and an index list
@@ -86,7 +86,8 @@ struct Primitive {
     std::vector<glm::vec4> colors;  ///< linear, straight alpha, 0 to 1
     std::vector<std::uint32_t> indices;
     std::vector<JointSet> joint_sets;
-    std::vector<MorphTarget> targets;  ///< the same number in every primitive of a mesh
+    /// Morph targets; all primitives of a mesh have the same number.
+    std::vector<MorphTarget> targets;
     PrimitiveSource source{};
 };
 
@@ -100,19 +101,21 @@ struct Mesh {
 /// A skin (glTF 2.0 §3.7.3).
 struct Skin {
     std::string name;
-    std::vector<int> joints;               ///< nodes, at least one
-    std::vector<glm::dmat4> inverse_bind;  ///< per joint: from mesh space to joint space, at rest
+    std::vector<int> joints;  ///< indices of the joints' nodes, at least one
+    /// Per joint: the transform from mesh space to joint space at rest.
+    std::vector<glm::dmat4> inverse_bind;
 };
 
 /// A glTF camera (§3.10). Looks along −Z of its node.
 struct Camera {
     std::string name;
     bool perspective = true;
-    double yfov = 0.8;                   ///< radians; perspective
-    std::optional<double> aspect_ratio;  ///< width / height; perspective; none = the picture's
-    double xmag = 1, ymag = 1;           ///< half extents in scene units; orthographic
+    double yfov = 0.8;  ///< vertical field of view, radians; perspective only
+    /// Width / height; perspective only; none = the picture's aspect ratio.
+    std::optional<double> aspect_ratio;
+    double xmag = 1, ymag = 1;  ///< half extents, scene units; orthographic only
     double znear = 0.01;
-    std::optional<double> zfar;  ///< none = infinite
+    std::optional<double> zfar;  ///< distance to the far plane; none = infinite
 };
 
 enum class LightType : std::uint8_t { kDirectional, kPoint, kSpot };
@@ -122,15 +125,16 @@ struct Light {
     std::string name;
     LightType type = LightType::kDirectional;
     glm::dvec3 color{1};          ///< linear
-    double intensity = 1;         ///< lux if directional, else candela
-    std::optional<double> range;  ///< scene units, none = infinite; point and spot lights
-    double inner_cone = 0, outer_cone = 0.7853981633974483;  ///< half angles, radians; spot lights
+    double intensity = 1;         ///< lux for directional lights, candela for other lights
+    std::optional<double> range;  ///< scene units, none = infinite; point and spot lights only
+    /// Half angles of the cones, radians; spot lights only.
+    double inner_cone = 0, outer_cone = 0.7853981633974483;
 };
 
 /// A node transform as glTF animates it: matrix() = translation · rotation · scale.
 struct Trs {
     glm::dvec3 translation{0};
-    glm::dquat rotation{1, 0, 0, 0};  ///< of any length; all zeros mean no rotation
+    glm::dquat rotation{1, 0, 0, 0};  ///< quaternion of any length; all zeros mean no rotation
     glm::dvec3 scale{1};
 
     glm::dmat4 matrix() const;
@@ -140,14 +144,14 @@ struct Trs {
 struct Node {
     std::string name;
     std::vector<int> children;
-    glm::dmat4 local{1};     ///< at rest
+    glm::dmat4 local{1};     ///< transform relative to the parent, at rest
     std::optional<Trs> trs;  ///< parts of `local`; none = only a matrix, which cannot be animated
     int mesh = -1;
-    int skin = -1;  ///< deforms the mesh, and replaces the node's transform
+    int skin = -1;  ///< index of the skin that deforms the mesh; replaces the node's transform
     int camera = -1;
     int light = -1;
     bool visible = true;  ///< false hides the meshes and lights of the node and its descendants
-    std::optional<std::vector<double>> weights;  ///< morph target weights instead of the mesh's
+    std::optional<std::vector<double>> weights;  ///< morph target weights that replace the mesh's
     /// EXT_mesh_gpu_instancing: the transform of each instance, relative to the node; none = a
     /// single instance at the node.
     std::optional<std::vector<glm::dmat4>> instances;
@@ -160,8 +164,9 @@ enum class Interpolation : std::uint8_t { kStep, kLinear, kCubicSpline };
 /// Values over time: a glTF animation sampler (glTF 2.0 §3.11).
 struct Keyframes {
     Interpolation interpolation = Interpolation::kLinear;
-    std::vector<float> times;   ///< seconds, never decreasing; at least one
-    std::vector<float> values;  ///< one per time; kCubicSpline: in-tangent, value, out-tangent
+    std::vector<float> times;  ///< times in seconds, never decreasing; at least one
+    /// One value per time; for kCubicSpline three: in-tangent, value, out-tangent.
+    std::vector<float> values;
 };
 
 /// The node properties that an animation can change.
@@ -200,16 +205,16 @@ struct Scene {
     std::vector<Light> lights;
     std::vector<Skin> skins;
     std::vector<Animation> animations;
-    std::vector<std::string> variants;       ///< names (KHR_materials_variants)
-    std::optional<Environment> environment;  ///< in place of the built-in light
+    std::vector<std::string> variants;       ///< names of the variants (KHR_materials_variants)
+    std::optional<Environment> environment;  ///< replaces the built-in light
 
     std::string generator, copyright;
     std::vector<std::string> extensions_used, extensions_required;
-    std::uint64_t content_hash = 0;  ///< over all bytes that were read
+    std::uint64_t content_hash = 0;  ///< hash of all bytes that were read
     /// Files that the scene file refers to (buffers, images) and is allowed to read, whether or not
     /// they were read.
     std::vector<std::filesystem::path> files;
-    std::vector<Text> warnings;  ///< whole sentences, each once
+    std::vector<Text> warnings;  ///< warnings in whole sentences, without duplicates
 };
 
 /// An axis-aligned box in world space.
@@ -234,8 +239,9 @@ void chooseVariant(Scene& scene, std::size_t variant);
 /// The names of objects and materials. Index i, which is also the index in the glTF file, has id i
 /// + 1. No fragment has id 0.
 struct IdNames {
-    std::vector<std::string> objects;    ///< one per node
-    std::vector<std::string> materials;  ///< the last is glTF's default material
+    std::vector<std::string> objects;  ///< names of the objects, one per node
+    /// Names of the materials; the last is glTF's default material.
+    std::vector<std::string> materials;
     /// The id of each object's parent, 0 = no parent. Empty if unknown.
     std::vector<std::uint32_t> parents{};
 

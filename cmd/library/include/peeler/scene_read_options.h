@@ -17,8 +17,8 @@ enum class Axis : std::uint8_t { kX, kY, kZ };
 /// fields below are for PLY, STL and OBJ, which do not specify axes, units and smoothing. glTF
 /// specifies all three, so its reader ignores these fields with a warning.
 struct SceneReadOptions : GltfOptions {
-    std::optional<Axis> up;                 ///< the file's axis that becomes +Y; none: y
-    std::optional<double> metres_per_unit;  ///< scale from the file's unit to metres; none: 1
+    std::optional<Axis> up;                 ///< the file's axis that becomes +Y; none = Y
+    std::optional<double> metres_per_unit;  ///< scale from the file's unit to metres; none = 1
     /// For files without normals: shading is smooth across edges whose triangles meet at an angle
     /// of at most this many degrees, 0 to 180; none: flat triangles.
     std::optional<double> smooth_normals;

@@ -26,12 +26,14 @@ struct LayerPlan {
 /// The result of the count pass: everything a writer needs in order to open its file.
 struct Plan {
     View view;
-    std::vector<LayerPlan> layers;        ///< the layers that will be stored, front to back
-    std::uint64_t fragments_counted = 0;  ///< found by the count pass, before the layer limit
-    std::uint64_t fragments_stored = 0;   ///< those within the layer limit
-    std::uint64_t fragments_blended = 0;  ///< beyond the layer limit, if a composite blends them
+    std::vector<LayerPlan> layers;  ///< the layers that will be stored, front to back
+    /// Fragments found by the count pass, before the layer limit.
+    std::uint64_t fragments_counted = 0;
+    std::uint64_t fragments_stored = 0;  ///< fragments within the layer limit
+    /// Fragments beyond the layer limit that a composite blends.
+    std::uint64_t fragments_blended = 0;
     PixelType color_type = PixelType::kHalf;
-    bool tinted = false;            ///< opacity is coloured (LayeredImage::tinted)
+    bool tinted = false;            ///< whether opacity is coloured (LayeredImage::tinted)
     std::size_t channel_bytes = 0;  ///< bytes per fragment besides colour and Z
     /// The extra arrays of bands, without data. May also be empty because they are unknown.
     std::vector<FragmentArray> channels{};
@@ -57,14 +59,14 @@ struct Provenance {
     /// A hash of everything that determines the file's content, so that an unchanged file need not
     /// be rendered again; "" = not reproducible by one command.
     std::string output_hash{};
-    std::string renderer{};    ///< GL_RENDERER
+    std::string renderer{};    ///< the string GL_RENDERER
     std::string deep_merge{};  ///< how deep samples were merged; "" = not merged
     std::string tile{};        ///< "2/7": the second of seven strips; "" = not a tile
     int frame = 0;
-    std::optional<int> view{};     ///< index among many views, from 0
-    double time = 0;               ///< seconds
+    std::optional<int> view{};     ///< index of the view if there are several, from 0
+    double time = 0;               ///< time of the frame, seconds
     double frames_per_second = 0;  ///< 0 = unknown or not an animation
-    IdNames ids{};                 ///< empty unless fragments have ids
+    IdNames ids{};  ///< names of objects and materials; empty if fragments have no ids
     /// Attributes from another program's OpenEXR file, copied to OpenEXR output.
     std::vector<StoredAttribute> carried{};
 };

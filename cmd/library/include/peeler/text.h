@@ -89,7 +89,7 @@ std::string_view nameOf(Parameter parameter);
 class Text {
   public:
     Text() = default;
-    // NOLINTBEGIN(google-explicit-constructor): so that + puts messages together
+    // NOLINTBEGIN(google-explicit-constructor): so that + joins strings and parameters
     Text(std::string words) : text_(std::move(words)) {}
     Text(std::string_view words) : text_(words) {}
     Text(const char* words) : text_(words) {}
@@ -116,7 +116,7 @@ class Text {
     };
 
     std::string text_;
-    std::vector<Named> named_;  ///< in text order
+    std::vector<Named> named_;  ///< the parameters in the order of their positions
 };
 
 inline Text operator+(Text first, const Text& second) {

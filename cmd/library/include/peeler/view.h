@@ -32,7 +32,8 @@ struct Projection {
     bool perspective = true;
     double half_width = 1, half_height = 1;
     double near = 0.01;
-    double far = std::numeric_limits<double>::infinity();  ///< finite if orthographic
+    /// Distance to the far plane; finite if orthographic.
+    double far = std::numeric_limits<double>::infinity();
 
     /// Returns the clip-space matrix (column vectors, reversed Z in [0, 1]: 1 at near, 0 at far) of
     /// the sub-rectangle [u0, u1] × [v0, v1] of the picture. u points right, v down; both are 0–1.
@@ -47,13 +48,14 @@ struct Projection {
 
 /// A posed camera and its picture: the mapping from pixels to rays.
 struct View {
-    std::string camera_name;        ///< "" if the camera is not one of the scene's
+    /// Name of the scene's camera; "" for a camera that is not in the scene.
+    std::string camera_name;
     glm::dmat4 camera_to_world{1};  ///< rigid: rotation and translation only
     Projection projection;
-    int width = 1280, height = 720;  ///< display window
+    int width = 1280, height = 720;  ///< size of the display window, pixels
     Window crop;                     ///< the rendered pixels, inside the display window
     glm::dvec2 sample{0.5};          ///< position of the sample within a pixel, 0–1, y down
-    bool known = true;               ///< false: camera unknown, the file has only the windows
+    bool known = true;               ///< false if the file stores the windows but no camera
 };
 
 /// Returns the world-space point at camera Z `z` (scene units) on the ray through (x, y). `x` and
