@@ -465,7 +465,8 @@ VerbAction declareBake(VerbOptions& verb) {
     addUpOption(verb, options->scene.reading);
     addBakedAppearanceOptions(verb, options->appearance);
     addEngineOption(verb, options->engine);
-    addRunOptions(verb, *options, "rays are traced in bands that fit next to the receivers");
+    addRunOptions(verb, *options,
+                  "rays are traced in bands that fit into the memory left by the receivers");
     addDryRunOption(verb, options->bake.dry_run);
     verb.footer(kBakeFooter);
     return [options](Session& session) {

@@ -392,7 +392,7 @@ VerbAction declareBatch(VerbOptions& verb) {
     addThreadsOption(verb, options->threads);
     addMemoryOption(verb, options->memory, "for all jobs together");
     addChoice<ProgressStyle>(verb, "--progress", options->report.progress, kProgressStyles,
-                             "progress style", "how to report progress on stderr:")
+                             "progress style", "style of progress reports on stderr:")
         .group("Messages");
     verb.addFlag("-q,--quiet", options->report.quiet, "print warnings and errors only")
         .group("Messages");

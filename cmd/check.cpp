@@ -175,15 +175,15 @@ class Check {
 
 constexpr const char* kCheckFooter =
     "A part is a mesh at its place in the scene, with all its materials; vertices with\n"
-    "bit-identical positions count as one. A part can be printed if it is\n"
+    "bit-identical positions are one vertex. A part can be printed if it is\n"
     "  closed        every edge has an even number of triangles\n"
     "  manifold      no edge has more than two triangles\n"
-    "  oriented      neighbours run along their common edge in opposite directions; outer shells\n"
-    "                face outwards, inner shells (cavities) inwards\n"
+    "  oriented      adjacent triangles have consistent winding; outer shells face outwards,\n"
+    "                inner shells (cavities) inwards\n"
     "  solid         every shell encloses a volume\n"
     "  not crossing  no triangle crosses another, and no shell lies in another's material;\n"
-    "                penetration below a millionth of the part's size counts as contact only\n"
-    "and if its thinnest wall is at least --min-wall, with a tolerance of 1e-4 of it. Parts may\n"
+    "                penetration below a millionth of the part's size is treated as contact\n"
+    "and if its thinnest wall is at least --min-wall, with a tolerance of 1e-4. Parts may\n"
     "overlap: the volume of their union is reported, and overlaps are a problem only with\n"
     "--together. If nearly everything crosses, the union and the thinnest wall are not\n"
     "determined.\n"
@@ -191,8 +191,7 @@ constexpr const char* kCheckFooter =
     "against the normal of a triangle, to a face whose normal is opposite to within 30 degrees.\n"
     "It is found over the whole surface, not at samples, and accurate to 1e-4 of its value. Faces\n"
     "that share a corner form an edge, not a wall; sharp edges, of less than 30 degrees, are\n"
-    "counted. For open parts it is the thinnest of the existing walls. Alpha and textures are\n"
-    "ignored.\n"
+    "counted. In open parts, only existing walls are measured. Alpha and textures are ignored.\n"
     "\n"
     "Exit codes: 0 printable; 3 not printable, or the file is not a scene.";
 

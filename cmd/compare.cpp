@@ -378,11 +378,11 @@ void addHeatmap(VerbOptions& verb, CompareOptions& options) {
 }
 
 constexpr const char* kCompareFooter =
-    "Two layered files are compared fragment by fragment, in the order of each pixel;\n"
-    "thresholds apply to the fragments that both files have. A layered file and a flat one\n"
-    "(PNG, JPEG, TIFF, or EXR without layers) are compared by their composites. Colours are\n"
-    "compared linear and premultiplied: 8- and 16-bit images are decoded from sRGB first. NaN\n"
-    "differs infinitely from any number, but equals NaN.\n"
+    "Two layered files are compared fragment by fragment, in depth order; thresholds apply to\n"
+    "the fragments that both files have. A layered file and a flat one (PNG, JPEG, TIFF, or\n"
+    "EXR without layers) are compared by their composites. Colours are compared linear and\n"
+    "premultiplied: 8- and 16-bit images are decoded from sRGB first. NaN differs infinitely\n"
+    "from any number, but equals NaN.\n"
     "\n"
     "Exit codes: 0 within the thresholds, 1 beyond them, 2 if the sizes or crops differ.";
 

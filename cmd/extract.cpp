@@ -179,7 +179,8 @@ void Extract::selectLayers() {
     }
     for (const auto& other : {options_.counts, options_.points, options_.arrays}) {
         if (!other || names.insert(other->lexically_normal()).second) continue;
-        throw Error(ErrorKind::kUsage, "two outputs have the same name", other->string());
+        throw Error(ErrorKind::kUsage, "two outputs have the same name", other->string(),
+                    "choose another name");
     }
 }
 

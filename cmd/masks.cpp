@@ -384,9 +384,9 @@ void addMaskOptions(VerbOptions& verb, MasksOptions& options) {
         .group("Output");
     addObjectsOption(verb, options.objects);
     addValue(verb, "--see-through", "A", options.see_through, parseOpacity,
-             "minimum opacity at which a fragment hides the objects behind it: a pixel belongs to "
-             "the object of its first such fragment, or else of its first fragment; at 0 every "
-             "fragment hides, at 1 only opaque ones (default: 0)")
+             "minimum opacity of fragments that hide the objects behind them; a pixel belongs to "
+             "the object of its nearest fragment that hides, else to that of its nearest fragment; "
+             "0: all fragments hide, 1: only opaque ones (default: 0)")
         .group("Objects");
     addValue(verb, "--canvas", "K", options.canvas, parseCanvas,
              "capture a canvas around the picture, K times as wide and high, so that counts, "
@@ -396,15 +396,13 @@ void addMaskOptions(VerbOptions& verb, MasksOptions& options) {
 }
 
 constexpr const char* kMasksFooter =
-    "The amodal mask of an object covers the pixels where it has any fragment, hidden or not;\n"
-    "the visible mask covers those where it is the object that is seen (--see-through).\n"
-    "Visible masks do not overlap; together with the background, which belongs to no object,\n"
-    "they form the first layer. The visible fraction is the visible area in the picture,\n"
-    "divided by the area of the silhouette on the canvas. A view does not list objects that\n"
-    "it does not contain.\n"
-    "The file views/NNNNNN.json is written last for each view, and --skip-existing looks for\n"
-    "it. The JSON files of all views are written once no view is missing, by whichever\n"
-    "--chunk completes them.";
+    "The amodal mask of an object covers all pixels in which it has a fragment, hidden or\n"
+    "not. The visible mask covers the pixels that belong to the object (see --see-through).\n"
+    "Visible masks do not overlap; all other pixels are background or empty. The visible\n"
+    "fraction is the visible area in the picture, divided by the area of the silhouette on\n"
+    "the canvas. A view does not list objects that it does not contain.\n"
+    "Each view's file views/NNNNNN.json is written last; --skip-existing looks for it. The\n"
+    "--chunk that completes the last view writes the JSON files of all views.";
 
 }  // namespace
 

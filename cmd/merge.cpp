@@ -104,7 +104,7 @@ void Merge::chooseKind() {
     if (!composites()) return;
     if (output.isGiven("--background")) {
         throw Error(ErrorKind::kUsage, "composites are merged with the backgrounds they have",
-                    "--background", "render the tiles with it");
+                    "--background", "render the tiles with this background");
     }
     if (!findOutputFormat(path(), as).holds(OutputContent::kComposite)) {
         throw Error(ErrorKind::kUsage, "composites have no layers", "--as " + as,

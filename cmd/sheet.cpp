@@ -42,7 +42,7 @@ constexpr Choice<SheetShow> kShows[] = {
 };
 
 constexpr Choice<SheetMethods> kMethodChoices[] = {
-    {"unsorted", SheetMethods::kUnsorted, "blending in draw order, next to the composite"},
+    {"unsorted", SheetMethods::kUnsorted, "plain blending in draw order, next to the composite"},
     {"all", SheetMethods::kAll,
      "the composite of every method instead of the layers, with its geometry passes and its error "
      "against the first"},
@@ -296,16 +296,16 @@ void addCellOptions(VerbOptions& verb, SheetOptions& options) {
             return static_cast<int>(parseInteger(text, least, most));
         };
     };
-    addChoice<SheetShow>(verb, "--show", options.request.cells.show, kShows, "thing to show",
+    addChoice<SheetShow>(verb, "--show", options.request.cells.show, kShows, "content",
                          "content of the cells:")
         .group(kGroup);
     verb.addFlag("--progression", options.request.cells.progression,
                  "show composites of the nearest 1, 2, … layers instead of the layers, each with "
                  "its error against the composite of all")
         .group(kGroup);
-    addChoice<SheetMethods>(
-        verb, "--methods", options.request.methods, kMethodChoices, "choice of methods",
-        "composites to show that are blended during rendering, for scenes only:")
+    addChoice<SheetMethods>(verb, "--methods", options.request.methods, kMethodChoices,
+                            "choice of methods",
+                            "composites of peeling methods to show, for scenes only:")
         .group(kGroup);
     addValue(verb, "--cells", "N", options.request.cells.most_cells, within(1, 1000),
              "maximum number of cells; the rest are left out (default: 24)")

@@ -188,12 +188,12 @@ VerbAction declareVerify(VerbOptions& verb) {
     addThreadsOption(verb, options->threads);
     addReportOptions(verb, options->report);
     verb.footer(
-        "Every byte is checked against the hash of its part; files without a hash, from other\n"
-        "programs or older versions, are reported as such. Every chunk is read. Layers must\n"
-        "be sorted by Z, with a finite Z where there is a fragment and 0 elsewhere; the\n"
-        "header must have the right number of fragments, and the stored composite must be the\n"
-        "composite of the layers, bit for bit. All attributes of a camera must agree. Files\n"
-        "of other programs are only read to their end.\n"
+        "Every byte is checked against the hash of its part; files without a hash (from other\n"
+        "programs or older versions) are reported. Every chunk is read. Layers must be sorted\n"
+        "by Z, with a finite Z where there is a fragment and 0 elsewhere; the header must\n"
+        "have the right number of fragments, and the stored composite must be the composite\n"
+        "of the layers, bit for bit. All attributes of a camera must agree. Files of other\n"
+        "programs are only read to their end.\n"
         "\n"
         "Exit codes: 0 all files are good; 3 a file is unreadable or inconsistent, or has\n"
         "other settings; 6 only fragments or frames are missing.");

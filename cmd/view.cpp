@@ -136,8 +136,8 @@ void checkViewCameraOptions(const ViewCameraOptions& options) {
         refuse("--orbit moves the file's camera, but --eye replaces it", "--orbit, --eye",
                "leave one of them out");
     if (options.eye && options.target && *options.eye == *options.target)
-        refuse("the eye is at the target, so there is no direction to look along",
-               "--eye, --target", "move one of them");
+        refuse("the eye is at the target, so there is no viewing direction", "--eye, --target",
+               "move one of them");
 }
 
 /// Returns the centre of interest in world space: the point on the viewing axis at medianDepth(),
@@ -177,7 +177,7 @@ View viewFrom(const View& own, const LayeredImage& image, const ViewCameraOption
         view.camera_to_world = orbited(own.camera_to_world, target, up, *options.orbit);
     } else if (options.eye || options.target || options.up) {
         if (eye == target)
-            refuse("the eye is at the target, so there is no direction to look along", "--eye",
+            refuse("the eye is at the target, so there is no viewing direction", "--eye",
                    "give --target");
         auto place = lookAlong(eye, target - eye, up);
         if (!place && !options.up)

@@ -124,7 +124,8 @@ std::vector<Job> readJobs(const std::string& name, const std::string& text) {
                            const std::string& what, const std::string& where) {
         const auto [entry, added] = known.emplace(key, line);
         if (!added)
-            refuseJob(what + " of line " + std::to_string(entry->second), where, "choose another");
+            refuseJob("line " + std::to_string(entry->second) + " already " + what, where,
+                      "choose another");
     };
     std::istringstream lines(text);
     std::size_t number = 0;
@@ -134,10 +135,10 @@ std::vector<Job> readJobs(const std::string& name, const std::string& text) {
         try {
             Job job = readJob(line);
             job.line = number;
-            if (!job.id.empty()) unique(ids, job.id, number, "already the id", job.id);
+            if (!job.id.empty()) unique(ids, job.id, number, "has this id", job.id);
             for (const fs::path& output : job.outputs) {
                 const std::string file = fs::absolute(output).lexically_normal().string();
-                unique(outputs, file, number, "already an output", output.string());
+                unique(outputs, file, number, "writes this output", output.string());
             }
             jobs.push_back(std::move(job));
         } catch (const Error& error) {

@@ -18,6 +18,28 @@ namespace {
 
 using Texts = std::vector<std::string>;
 
+Texts namesOf(const CLI::Option& option) {
+    Texts names;
+    for (const std::string& name : option.get_snames())
+        names.push_back("-" + name);
+    for (const std::string& name : option.get_lnames())
+        names.push_back("--" + name);
+    return names;
+}
+
+/// A formatter of --help that lists the names of an option as "-o, --output". CLI11 would also show
+/// the value of a flag's opposite, as "--no-refine{false}".
+class HelpFormatter : public CLI::Formatter {
+  public:
+    std::string make_option_name(const CLI::Option* option, bool is_positional) const override {
+        if (is_positional) return option->get_name(true);
+        std::string text;
+        for (const std::string& name : namesOf(*option))
+            text += (text.empty() ? "" : ", ") + name;
+        return text;
+    }
+};
+
 /// Returns an option's help, line by line. Choices without a summary share one line.
 std::string helpLines(const OptionDescription& option) {
     std::string text = option.help;
@@ -32,10 +54,7 @@ std::string helpLines(const OptionDescription& option) {
 }
 
 void complete(OptionDescription& description, const CLI::Option& option) {
-    for (const std::string& name : option.get_snames())
-        description.names.push_back("-" + name);
-    for (const std::string& name : option.get_lnames())
-        description.names.push_back("--" + name);
+    description.names = namesOf(option);
     if (option.get_positional())
         description.value_name = option.get_name(true);
     else if (option.get_items_expected_max() > 0)
@@ -57,6 +76,11 @@ std::string dashHint(const Texts& arguments) {
         if (argument.size() > 1 && argument.starts_with('-') && isSeen(argument))
             return "if you mean a file of this name, write ./" + argument + "\n";
     return "";
+}
+
+std::string helpHint(const CLI::App& app) {
+    const auto chosen = app.get_subcommands();
+    return "see peeler " + (chosen.empty() ? "" : chosen.front()->get_name() + " ") + "--help";
 }
 
 /// Returns an error for the first argument that CLI11 did not recognise, with the nearest known
@@ -81,11 +105,26 @@ Error unplaced(const CLI::App& app, std::string hint) {
     const std::vector<std::string_view> views(names.begin(), names.end());
     const std::string_view nearest = nearestName(argument.substr(0, argument.find('=')), views);
     if (hint.empty() && !nearest.empty()) hint = "did you mean '" + std::string(nearest) + "'?\n";
-    hint += "see peeler " + (chosen.empty() ? "" : verb.get_name() + " ") + "--help";
+    hint += helpHint(app);
     const char* what = is_option        ? "unknown option"
                        : chosen.empty() ? "unknown verb"
                                         : "unexpected argument";
     return Error(ErrorKind::kUsage, what, argument, hint);
+}
+
+/// Returns the first argument that gives a flag another value than true or false; else "".
+std::string flagWithValue(const CLI::App& app, const Texts& arguments) {
+    const auto chosen = app.get_subcommands();
+    const CLI::App& verb = chosen.empty() ? app : *chosen.front();
+    for (const std::string& argument : arguments) {
+        const std::size_t equals = argument.find('=');
+        if (equals == std::string::npos) continue;
+        const CLI::Option* const option = verb.get_option_no_throw(argument.substr(0, equals));
+        const std::string value = argument.substr(equals + 1);
+        if (option && option->get_items_expected_max() == 0 && value != "true" && value != "false")
+            return argument;
+    }
+    return "";
 }
 
 /// Removes the "all" that follows --help. Returns whether it was present.
@@ -308,6 +347,7 @@ ArgumentParser::ArgumentParser(const VerbHelp& help, const std::string& footer)
     helps_[""] = help;
     app_->set_version_flag("-V,--version", "", "print the version and exit");
     app_->set_help_flag("-h,--help", "print help and exit; --help all shows every option");
+    app_->formatter(std::make_shared<HelpFormatter>());
     app_->get_formatter()->column_width(30);
     app_->get_formatter()->label("SUBCOMMAND", "VERB");
     app_->require_subcommand(0, 1);
@@ -339,10 +379,14 @@ Asked ArgumentParser::parse(const std::vector<std::string>& given) {
         return Asked::kVersion;
     } catch (const CLI::ExtrasError&) {
         throw unplaced(*app_, dashHint(arguments));
+    } catch (const CLI::ArgumentMismatch&) {
+        throw Error(ErrorKind::kUsage, "the option needs a value", arguments.back(),
+                    helpHint(*app_));
+    } catch (const CLI::ConversionError&) {
+        throw Error(ErrorKind::kUsage, "the option takes no value", flagWithValue(*app_, arguments),
+                    helpHint(*app_));
     } catch (const CLI::ParseError& error) {
-        throw Error(
-            ErrorKind::kUsage, error.what(), "",
-            dashHint(arguments) + "see peeler " + (verb().empty() ? "" : verb() + " ") + "--help");
+        throw Error(ErrorKind::kUsage, error.what(), "", dashHint(arguments) + helpHint(*app_));
     }
     return verb().empty() ? Asked::kNothing : Asked::kVerb;
 }

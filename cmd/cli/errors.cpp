@@ -25,7 +25,7 @@ constexpr DefaultHint kDefaultHints[] = {
      "this is a bug in peeler; please report it with the command that shows it"},
     {ErrorKind::kUsage, "see peeler --help"},
     {ErrorKind::kInput,
-     "check that the file exists and is complete; peeler info lists its content"},
+     "check that the file is complete and undamaged; peeler info lists its content"},
     {ErrorKind::kOutput, "check the folder and the free space on its disk"},
     {ErrorKind::kDevice, "run peeler devices to see which devices work, and why the others do not"},
     {ErrorKind::kIncomplete, "leave --strict out to keep the incomplete result"},

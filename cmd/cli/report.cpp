@@ -92,7 +92,7 @@ void addReportOptions(VerbOptions& verb, ReportOptions& options) {
                              "progress style", "style of progress reports on stderr:")
         .group(kGroup);
     verb.addFlag("-q,--quiet", options.quiet, "print only warnings and errors").group(kGroup);
-    verb.addFlag("-v,--verbose", options.verbose, "also print what is going on").group(kGroup);
+    verb.addFlag("-v,--verbose", options.verbose, "also print each step").group(kGroup);
 }
 
 ReportOptions givenReportOptions(const VerbOptions& verb) {

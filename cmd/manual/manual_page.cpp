@@ -27,7 +27,7 @@ constexpr EnvironmentVariable kVariables[] = {
      "given"},
     {"SOURCE_DATE_EPOCH",
      "date to store in files, in seconds since 1970; without it they have no date"},
-    {"NO_COLOR", "turns colours in messages on a terminal off, if not empty"},
+    {"NO_COLOR", "if not empty, turns off colours in messages on a terminal"},
     {"TERM", "type of the terminal; dumb turns colours off"},
     {"LD_LIBRARY_PATH",
      "search path for libraries; the program that decodes Draco gets this variable and no other"},

@@ -25,6 +25,13 @@ constexpr Choice<ObjectsBy> kObjectsBy[] = {
      "one per node with a mesh, and one per instance of it (EXT_mesh_gpu_instancing)"},
     {"material", ObjectsBy::kMaterial, "one per material"},
 };
+/// Values that are not names, for the help.
+constexpr const char* kPatterns[] = {
+    "glob:GLOB,...: one per glob, of the nodes with a matching name and their descendants; the "
+    "first match counts; may be repeated",
+    "extras:KEY: one per value of the key (a string, a number, true or false) in the extras of "
+    "nodes; descendants inherit the value",
+};
 constexpr std::string_view kObjectNames[] = {"node", "material", "glob:GLOB,...", "extras:KEY"};
 
 void takeGlobs(std::string_view list, ObjectsRequest& request) {
@@ -166,15 +173,14 @@ std::string ObjectsRequest::text() const {
 }
 
 void addObjectsOption(VerbOptions& verb, ObjectsRequest& request) {
+    auto choices = describeChoices(kObjectsBy, true);
+    for (const char* pattern : kPatterns)
+        choices.push_back({"", pattern});
     verb.addRepeated(
             "--by", "NAME", [&request](const std::string& text) { takeObjects(text, request); },
-            "how to divide the scene into objects; the rest is background, which still occludes. "
-            "glob:GLOB,... makes one object per glob, of the nodes with a matching name and their "
-            "descendants; the first match counts; may be repeated. extras:KEY makes one object per "
-            "value of this key (a string, a number, true or false) in the extras of nodes, which "
-            "descendants inherit. Or:")
+            "objects of the scene; all other surfaces are background, which still occludes:")
         .group("Objects")
-        .oneOf(describeChoices(kObjectsBy, true));
+        .oneOf(std::move(choices));
 }
 
 SceneObjects objectsOf(const PosedScene& posed, const ObjectsRequest& request) {

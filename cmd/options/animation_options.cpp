@@ -32,7 +32,7 @@ void addTimeOptions(VerbOptions& verb, AnimationOptions& options) {
     addValue(
         verb, "--time", "SECONDS", options.time,
         [](const std::string& text) { return parseNumber(text); },
-        "time in the animation; before its first key or after its last, that key applies")
+        "time in the animation, limited to the times of its first and last key")
         .group(kAnimationGroup);
 }
 

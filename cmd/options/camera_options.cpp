@@ -83,7 +83,7 @@ void addCameraOptions(VerbOptions& verb, CameraOptions& options, SceneReadOption
                     options.up = parseDirection(value);
             },
             std::string("up direction in the picture (default: 0,1,0)") +
-                (reading ? std::string("; or ") + kUpHelp : ""))
+                (reading ? std::string("; x, y or z: ") + kUpHelp : ""))
         .group("Camera");
     add(
         "--fov", "DEGREES", options.fov, [](const std::string& value) { return parseFov(value); },

@@ -121,7 +121,8 @@ const OpenedScene& CaptureJob::openScene() {
         if (animation.moves() && scene_->animations().empty()) {
             if (options_.scene.reading.strict)
                 refuse("the scene has no animation: it is the same at all times",
-                       animation.frames ? "--frames" : "--time");
+                       animation.frames ? "--frames" : "--time",
+                       "leave it out, or leave --strict out");
             reporter_.warning("The scene has no animation; it is the same at all times.");
         }
     }

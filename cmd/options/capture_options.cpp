@@ -117,7 +117,7 @@ void addLayerOptions(VerbOptions& verb, CaptureSettings& capture) {
     addValue(
         verb, "--samples", "N", capture.samples,
         [](const std::string& text) { return static_cast<int>(parseInteger(text, 1, 256)); },
-        "antialiasing samples per pixel; layers get their coverage in alpha (default: 1, the "
+        "antialiasing samples per pixel; a layer's coverage goes into its alpha (default: 1, the "
         "pixel's centre)")
         .group(kGroup);
     addChoice<Surfaces>(verb, "--surfaces", capture.surfaces, kSurfaces, "choice of surfaces",

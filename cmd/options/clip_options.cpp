@@ -13,15 +13,15 @@ namespace peeler::cmd {
 namespace {
 
 constexpr Choice<bool> kSides[] = {
-    {"inside", true, "keep fragments inside"},
-    {"outside", false, "keep fragments outside"},
+    {"inside", true, "inside the clip volume"},
+    {"outside", false, "outside the clip volume"},
 };
 
 void checkRoom(const ClipVolume& volume, std::size_t more) {
     if (volume.half_spaces.size() + more > ClipVolume::kMaxHalfSpaces) {
         throw Error(ErrorKind::kUsage,
                     "a clip volume has at most " + std::to_string(ClipVolume::kMaxHalfSpaces) +
-                        " planes; a box counts as six",
+                        " planes; a box has six",
                     "", "use --clip-mesh for more complex volumes");
     }
 }

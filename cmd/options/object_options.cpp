@@ -49,7 +49,7 @@ class ChosenObjects final : public LayeredInput {
     }
     void readComposite(const Window&, CompositeImage&) override {
         throw Error(ErrorKind::kInput, "objects cannot be chosen in a composite", "",
-                    "flatten the layers");
+                    "give a file with layers");
     }
     int rowsFor(std::uint64_t bytes) const override { return input_->rowsFor(bytes); }
     BandRead mostOf(int rows) const override {
@@ -165,7 +165,8 @@ void addObjectOptions(VerbOptions& verb, ObjectOptions& options) {
         "and [a-z] as in a shell; may be repeated; the file needs ids (peeler render --channels "
         "id)");
     add("--exclude", options.exclude, "leave out these objects and their descendants");
-    add("--material", options.materials, "keep only fragments of materials with a matching name");
+    add("--material", options.materials,
+        "keep only fragments of materials with a matching name or id");
 }
 
 std::unique_ptr<LayeredInput> openChosen(const std::string& path, const LayeredReadOptions& reading,

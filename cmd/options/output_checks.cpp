@@ -44,7 +44,8 @@ namespace {
 void checkFilesBeside(const OutputRequest& output, const std::vector<fs::path>& inputs) {
     const std::vector<std::string> beside = filesBeside(output.path.string(), output.options);
     if (!beside.empty() && isStandardOutput(output.path.string()))
-        refuse("standard output takes one file", "--as " + output.options.as, "name a file");
+        refuse("several files cannot go to standard output", "--as " + output.options.as,
+               "name a file");
     for (const std::string& file : beside) {
         const auto is_file = [&](const fs::path& input) { return sameFile(input, file); };
         if (std::ranges::any_of(inputs, is_file)) {
@@ -61,7 +62,7 @@ void checkFilesBeside(const OutputRequest& output, const std::vector<fs::path>& 
 void checkLayerFiles(const OutputRequest& output, const std::vector<fs::path>& inputs) {
     if (!output.hasFilePerLayer()) return;
     if (isStandardOutput(output.path.string()))
-        refuse("standard output takes one file", "--layout per-file", "name a file");
+        refuse("several files cannot go to standard output", "--layout per-file", "name a file");
     for (const fs::path& input : inputs) {
         for (const std::string& file : exrFilesOf(input.string())) {
             if (isExrLayerFile(file, output.path.string())) {

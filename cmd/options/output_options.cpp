@@ -95,7 +95,8 @@ void addLayerFileOptions(VerbOptions& verb, OutputRequest& output) {
     addNamed(verb, output, "--compression", options.compression, exrCompressions(), "compression",
              "lossless compression of layers; zip is not available for deep images:", false)
         .group(kGroup);
-    addChoice<DeepMerge>(verb, "--deep-merge", options.deep_merge.mode, kDeepMerges, "merge",
+    addChoice<DeepMerge>(verb, "--deep-merge", options.deep_merge.mode, kDeepMerges,
+                         "kind of merge",
                          "merge neighbouring samples of --as deep into one with the same composite "
                          "and the nearest depth:")
         .group(kGroup);

@@ -48,8 +48,8 @@ double parseLengthUnit(const std::string& text) {
 
 void addUnitOption(VerbOptions& verb, SceneReadOptions& reading) {
     addValue(verb, "--unit", "NAME|METRES", reading.metres_per_unit, parseLengthUnit,
-             "length unit of a PLY, STL or OBJ, by name or in metres, to convert it to metres "
-             "(default: no conversion):")
+             "length unit of a PLY, STL or OBJ, by name or in metres; lengths are converted to "
+             "metres (default: no conversion):")
         .oneOf(describeChoices(kLengthUnits))
         .group("Scene");
 }
@@ -82,7 +82,7 @@ void addNormalizeOption(VerbOptions& verb, SceneOptions& options) {
     addValue(
         verb, "--normalize", "NAME", options.normalize,
         [](const std::string& text) {
-            return choose<Normalized>("size of a scene", kNormalized, text);
+            return choose<Normalized>("normalization", kNormalized, text);
         },
         "centre the visible scene at rest on the origin and scale it uniformly:")
         .oneOf(describeChoices(kNormalized))

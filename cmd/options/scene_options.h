@@ -17,8 +17,8 @@ void addUpOption(VerbOptions& verb, SceneReadOptions& reading);
 /// Declares --unit.
 void addUnitOption(VerbOptions& verb, SceneReadOptions& reading);
 inline constexpr const char* kUpHelp =
-    "x, y or z: up axis of a PLY, STL or OBJ, which becomes +Y of the scene (default: y)";
-/// Declares only --allow-outside.
+    "up axis of a PLY, STL or OBJ, which becomes +Y of the scene (default: y)";
+/// Declares --allow-outside, without the other scene options.
 void addSandboxOption(VerbOptions& verb, bool& allow_outside);
 /// Declares --strict, which turns warnings of readers into errors.
 void addStrictOption(VerbOptions& verb, bool& strict);

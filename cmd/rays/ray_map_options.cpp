@@ -70,11 +70,8 @@ void setAttenuation(const Scene& scene, const std::string& glob, double mu,
 void addRayMapOptions(VerbOptions& verb, RayMapFlags& flags) {
     constexpr const char* kGroup = "Inside";
     const std::string help =
-        "maps to write instead of hits; a map has one value per ray. EXR and array files hold "
-        "several maps, separated by commas: one part per bundle and one channel per map, or arrays "
-        "(h, w) named MAP.I for bundle I. A picture holds one map from black to yellow "
-        "(transmission from white to black, like X-ray film), with a legend below; #### in its "
-        "name is the bundle's number:";
+        "maps to write instead of hits, with one value per ray, separated by commas; a picture "
+        "takes one map, and #### in its name is the bundle's number:";
     verb.addRepeated(
             "--map", "NAMES", [&flags](const std::string& text) { takeMaps(text, flags.maps); },
             help)

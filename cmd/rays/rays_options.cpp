@@ -35,38 +35,42 @@ constexpr Choice<ParityUse> kParityUses[] = {
 };
 
 constexpr const char* kRaysFooter =
-    "Arrays for n hits of m rays in b bundles (names and shapes of Open3D's\n"
-    "RaycastingScene.list_intersections where it has them): ray_splits (m + 1, int64; ray r has\n"
-    "the hits ray_splits[r] to ray_splits[r + 1], sorted), t_hit (n; distance along the ray),\n"
-    "geometry_ids (n; index of the placed mesh), primitive_ids (n; index of the triangle in its\n"
-    "mesh), primitive_uvs (n, 2; weights of the second and third corner), facing (n; 1 = the\n"
-    "front), normals (for shading) and primitive_normals (of the flat triangle) (n, 3; world\n"
-    "space, on the front), node_ids, mesh_ids, instance_ids (within the node), material_ids (n;\n"
-    "indices into the glTF, from 0, 0xFFFFFFFF = none); --columns chooses among these.\n"
+    "Arrays for n hits of m rays in b bundles (names and shapes as in Open3D's\n"
+    "RaycastingScene.list_intersections): ray_splits (m + 1, int64; ray r has the hits\n"
+    "ray_splits[r] to ray_splits[r + 1], sorted), t_hit (n; distance along the ray), geometry_ids\n"
+    "(n; index of the placed mesh), primitive_ids (n; index of the triangle in its mesh),\n"
+    "primitive_uvs (n, 2; weights of the second and third corner), facing (n; 1 = the front),\n"
+    "normals (for shading) and primitive_normals (of the flat triangle) (n, 3; world space, on\n"
+    "the front), node_ids, mesh_ids, instance_ids (within the node), material_ids (n; indices\n"
+    "into the glTF, from 0, 0xFFFFFFFF = none); --columns chooses among these.\n"
     "Per bundle: bundle_origin, bundle_direction, bundle_right, bundle_up (b, 3), bundle_size\n"
     "(b, 2), float64, bundle_resolution (b, 2) and bundle_window (b, 4; x, y, width, height of\n"
-    "the rays that were traced, all of them without --crop), int64, and bundle_perspective (b, 0\n"
-    "or 1); arrays_version.\n"
+    "the traced rays; all rays without --crop), int64, and bundle_perspective (b, 0 or 1);\n"
+    "arrays_version.\n"
     "With --dense N, for H x W rays per bundle, arrays of n are (H, W, N) or (H, W, N,\n"
-    "components); for several bundles, all of one size, (b, H, W, N, ...); count\n"
-    "(H, W, uint32; all hits of the ray) replaces ray_splits.\n"
+    "components); for several bundles, all of one size, (b, H, W, N, ...); count (H, W, uint32;\n"
+    "all hits of the ray) replaces ray_splits.\n"
     "peeler extract uses the same names. Rays are ordered by bundle, then by row from the top.\n"
-    "With (w, h) = bundle_resolution, ray (i, j) starts at\n"
-    "  origin + ((i + 0.5) / w - 0.5) * size[0] * right - ((j + 0.5) / h - 0.5) * size[1] * up\n"
-    "and runs along direction. In a perspective bundle it starts at origin, and its direction is\n"
-    "that sum + direction - origin, normalised. A .ply has one point per hit, an .exr one deep\n"
-    "part per bundle (Z: distance along the axis).\n"
+    "With (w, h) = bundle_resolution and\n"
+    "  p = origin + ((i + 0.5) / w - 0.5) * size[0] * right\n"
+    "             - ((j + 0.5) / h - 0.5) * size[1] * up\n"
+    "ray (i, j) of a parallel bundle starts at p and runs along direction; a ray of a perspective\n"
+    "bundle starts at origin and runs along p + direction - origin, normalised. A .ply has one\n"
+    "point per hit, an .exr one deep part per bundle (Z: distance along the axis).\n"
+    "Maps: an .exr has one part per bundle and one channel per map; arrays are (h, w), named\n"
+    "MAP.I for bundle I. A picture goes from black to yellow (transmission: from white to black,\n"
+    "as on X-ray film), with a legend below.\n"
     "--parity and maps define the inside of a closed surface as the intervals between its first\n"
     "and second hit, its third and fourth, and so on. A closed primitive is a surface of its own;\n"
     "all other primitives of a mesh form one surface. Overlapping shells of one surface cancel\n"
-    "out where they overlap. A camera must be outside.\n"
+    "out where they overlap. The camera must be outside.\n"
     "Rays hit triangles, not lines or points. They pass through fragments that a MASK material's\n"
     "alpha test rejects and through BLEND fragments with alpha 0; they hit everything else,\n"
     "however transparent.\n"
     "Arrays of --points, for n points and d directions: t_before and t_after (d, n; distance to\n"
     "the next hit against and along the direction, inf = none), geometry_ids_before, ..._after,\n"
     "primitive_ids_before, ..._after (d, n; 0xFFFFFFFF = none), points (n, 3) and directions\n"
-    "(d, 3). A surface that a point lies on counts as before it, at distance 0.";
+    "(d, 3). If a point lies on a surface, t_before is 0.";
 
 /// Parses a list of columns such as "t_hit,normals", or "all". Returns the columns in the order of
 /// the table; empty = all.
@@ -105,12 +109,12 @@ void checkVoxels(const RaysOptions& options) {
 
 void checkPoints(const RaysOptions& options) {
     if (options.voxels || options.writesPictures() || options.double_points)
-        refuse("hits next to points cannot be combined with other outputs", "--points",
+        refuse("hits nearest to points cannot be combined with other outputs", "--points",
                "leave --map, --voxels and --double out");
     if (options.bundles.usesCamera())
         refuse("points need parallel rays", "--points", "give directions, not a camera");
     if (options.writesFile() && !isArrayName(options.output.path.string()))
-        refuse("hits next to points are written as arrays only", options.output.path.string(),
+        refuse("hits nearest to points are written as arrays only", options.output.path.string(),
                "end the name in .npz or .safetensors");
 }
 
@@ -181,35 +185,33 @@ void addRaysOptions(VerbOptions& verb, RaysOptions& options) {
             "file for hits: .npz or .safetensors (NumPy arrays), .ply (points), .exr (deep); for "
             "--map: .exr, arrays, .png, .jpg or .tif; for --voxels: arrays or .vdb")
         .files(".npz .safetensors .ply .exr .png .jpg .tif .vdb");
-    addFile(
-        verb, "--points", "FILE", options.points,
-        "write the next hits before and after each of these points along every direction, instead "
-        "of all hits; points are read from a .ply, or a .npz with the array points (n, 3)")
+    addFile(verb, "--points", "FILE", options.points,
+            "write only the nearest hits before and after each point, along every direction; the "
+            "file is a .ply, or a .npz with the array points (n, 3)")
         .files(".ply .npz")
         .group("Output");
     verb.addFlag("--double", options.double_points,
                  "write x, y, z of a .ply in 64 bits instead of 32")
         .group("Output");
     addValue(verb, "--columns", "LIST|all", options.columns, parseColumns,
-             "columns of the hits in arrays, or in a .ply besides x, y, z and bundle, separated by "
-             "commas, or all (default: all); fewer columns are faster; ray_splits and the bundles "
-             "are always written:")
+             "columns of the hits, separated by commas (default: all); fewer columns are faster; "
+             "arrays always have ray_splits and the bundles, a .ply has x, y, z and bundle:")
         .someOf(columnChoices())
         .group("Output");
     addDenseOptions(verb, options.output);
     addBundleOptions(verb, options.bundles, &options.scene.reading);
     verb.addFlag(
             "--refine,!--no-refine", options.refine,
-            "compute t from the triangle in double precision (default); otherwise t comes from the "
-            "rasteriser, which in GL has 32-bit depth and snaps corners to 1/256 pixel")
+            "compute t from the triangle in double precision (default); --no-refine takes t from "
+            "the rasteriser, which in GL has 32-bit depth and snaps corners to 1/256 pixel")
         .group("Rays");
     addRayFacesOption(verb, options.faces);
     addRayMapOptions(verb, options.maps);
     addValue(
         verb, "--voxels", "R", options.voxels,
         [](const std::string& text) { return static_cast<int>(parseInteger(text, 1, 4096)); },
-        "write which cells of a lattice are inside, by majority of the parities along the three "
-        "axes; the longest side of the lattice has R cells")
+        "write the cells of a lattice that are inside, decided by majority of the parities along "
+        "the three axes; the longest side of the lattice has R cells")
         .group("Inside");
     addValue(
         verb, "--parity", "NAME", options.parity,

@@ -96,7 +96,7 @@ void addRenderOptions(VerbOptions& verb, RenderOptions& options) {
     addLayerOptions(verb, options.capture);
     verb.option("--samples")
         .description(
-            "antialiasing samples per pixel; layers get their coverage in alpha (default: " +
+            "antialiasing samples per pixel; a layer's coverage goes into its alpha (default: " +
             std::to_string(kDisplaySamples) +
             " in .png, .jpg and .tif without --fxaa, else 1, the pixel's centre)");
     addChannelOptions(verb, options.channels);

@@ -83,10 +83,10 @@ void checkShardName(const RenderOptions& options) {
 void addShardOptions(VerbOptions& verb, ShardOptions& options) {
     addValue(
         verb, "--shard-member", "EXT", options.sample, [](const std::string& text) { return text; },
-        "file extension of the samples in shards (default: the usual one of --as, else exr), or a "
-        "whole name such as '{folder}_{stem}.npz' (default: {stem}), to which the numbers of frame "
-        "and view are added; -o 'train-%06d.tar' writes shards: tar files of samples for "
-        "webdataset")
+        "extension of the samples' files in shards, or their whole name, such as "
+        "'{folder}_{stem}.npz' (default: {stem}, with the extension of --as, else exr); the "
+        "numbers of frame and view are added; an output such as 'train-%06d.tar' writes shards: "
+        "tar files for webdataset")
         .group(kShardsGroup);
     addValue(
         verb, "--shard-count", "N", options.samples,

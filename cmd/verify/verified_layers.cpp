@@ -150,7 +150,7 @@ void checkLayerParts(const std::string& path, const ExrInfo& info, VerifiedFile&
         const std::string name = layerName(k);
         file.blame(findings[k].no_number, name + ": Z is not a number");
         file.blame(findings[k].colored, name + ": colour without a fragment");
-        file.blame(findings[k].orphaned, name + ": fragment without one in the previous layer");
+        file.blame(findings[k].orphaned, name + ": fragment, but none in the previous layer");
     }
 }
 

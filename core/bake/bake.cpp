@@ -16,7 +16,7 @@ namespace peeler {
 void checkReceiverMemory(std::uint64_t bytes, std::size_t receivers, const MemoryBudget& budget) {
     checkMemory(budget, usedBytes(budget) + bytes,
                 "for the scene and its " + std::to_string(receivers) + " receivers",
-                "; or bake for fewer vertices or texels");
+                "; or bake fewer vertices or texels");
 }
 
 namespace {

@@ -35,7 +35,7 @@ void checkMemory(const MemoryBudget& budget, std::uint64_t needed, const std::st
                  const Text& or_else) {
     if (budget == 0 || needed <= budget) return;
     throw Error(ErrorKind::kMemory,
-                "the memory budget is " + mebibytesText(budget) + ", and " + mebibytesText(needed) +
+                "the memory budget is " + mebibytesText(budget) + ", but " + mebibytesText(needed) +
                     " are needed " + purpose,
                 budget.where(), budget.hint(needed) + or_else);
 }

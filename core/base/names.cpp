@@ -65,6 +65,8 @@ std::string_view nearestName(std::string_view text, std::span<const std::string_
 }
 
 std::string pluralOf(const std::string& noun) {
+    if (const std::size_t of = noun.find(" of "); of != std::string::npos)
+        return pluralOf(noun.substr(0, of)) + noun.substr(of);
     if (noun.ends_with('y') && !noun.ends_with("ay") && !noun.ends_with("ey"))
         return noun.substr(0, noun.size() - 1) + "ies";
     const bool hisses = noun.ends_with('s') || noun.ends_with('x') || noun.ends_with("sh");

@@ -17,7 +17,8 @@ namespace peeler {
 /// is one edit), ignoring case; an empty string if no name is near enough.
 std::string_view nearestName(std::string_view text, std::span<const std::string_view> names);
 
-/// Returns the plural of an English noun: "mesh" becomes "meshes", "quantity" becomes "quantities".
+/// Returns the plural of an English noun: "mesh" becomes "meshes", "quantity" becomes "quantities",
+/// "kind of mask" becomes "kinds of mask".
 std::string pluralOf(const std::string& noun);
 
 /// Returns a hint for an unknown name: "did you mean 'a'?\nthe methods are: a, b". The first line

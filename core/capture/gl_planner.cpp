@@ -56,9 +56,9 @@ void checkSettings(const CaptureSettings& settings) {
         throw Error(ErrorKind::kInternal, "rays take all hits at once, without blending", where);
     }
     if (settings.composite && !settings.channels.empty()) {
-        throw Error(ErrorKind::kUsage, "a composite blended on the fly has no channels",
-                    Parameter::kChannels,
-                    "leave " + Parameter::kChannels + " out, or capture layers");
+        throw Error(
+            ErrorKind::kUsage, "a composite that is blended during rendering has no channels",
+            Parameter::kChannels, "leave " + Parameter::kChannels + " out, or render layers");
     }
 }
 

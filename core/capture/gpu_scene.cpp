@@ -232,7 +232,7 @@ gl::Texture uploadImage(const gl::Functions& gl, const Image& image, bool srgb, 
         throw Error(ErrorKind::kInput,
                     "the image is " + std::to_string(image.width) + "x" +
                         std::to_string(image.height) + ", but the GL device takes at most " +
-                        std::to_string(largest),
+                        std::to_string(largest) + " pixels per side",
                     image.name, "scale it down");
     }
     auto texture = gl::makeTexture2D(gl, srgb ? GL_SRGB8_ALPHA8 : GL_RGBA8, image.width,

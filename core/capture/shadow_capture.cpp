@@ -42,7 +42,8 @@ void checkSize(const gl::Limits& limits, int size, int layers, const MemoryBudge
                     "the GL device takes textures of at most " +
                         std::to_string(limits.texture_size) + " texels per side",
                     Parameter::kShadowSize + " " + std::to_string(size),
-                    "make the shadow maps smaller");
+                    "give " + Parameter::kShadowSize + " " + std::to_string(limits.texture_size) +
+                        " or less");
     }
     if (layers > limits.texture_layers) {
         throw Error(ErrorKind::kInput,

@@ -111,12 +111,14 @@ void requireRasterizerThreads() {
         startable = startableThreads(needed);
     }
     if (startable == needed) return;
-    throw Error(
-        ErrorKind::kMemory,
-        startable == 0 ? "cannot start a thread"
-                       : "only " + std::to_string(startable) + " of the " + std::to_string(needed) +
-                             " threads of the software rasteriser can be started",
-        "", std::string(kMoreThreads) + (startable == 0 ? "" : ", or set LP_NUM_THREADS to fewer"));
+    throw Error(ErrorKind::kMemory,
+                startable == 0
+                    ? "cannot start a thread"
+                    : "only " + std::to_string(startable) + " of the " + std::to_string(needed) +
+                          " threads of the software rasteriser can be started",
+                "",
+                std::string(kMoreThreads) +
+                    (startable == 0 ? "" : ", or set LP_NUM_THREADS to a smaller number"));
 }
 
 /// Opens and examines a candidate. On failure, returns null and sets device.problem. Throws Error

@@ -157,9 +157,9 @@ void waitForGpu(const Functions& gl) {
 
 void checkErrors(const Functions& gl, const std::string& stage) {
     if (gl.GetGraphicsResetStatus() != GL_NO_ERROR) {
-        throw Error(
-            ErrorKind::kDevice, "the GL context was lost while " + stage, "",
-            "the GPU was reset or taken away; try again, or " + Parameter::kBackend + " osmesa");
+        throw Error(ErrorKind::kDevice, "the GL context was lost while " + stage, "",
+                    "the GPU was reset or taken away; try again, or use " + Parameter::kBackend +
+                        " osmesa");
     }
     const GLenum code = gl.GetError();
     if (code == GL_NO_ERROR) return;

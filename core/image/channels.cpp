@@ -40,9 +40,11 @@ constexpr ChannelInfo kChannels[] = {
     {Channel::kFacing, "facing", kFacing, PixelType::kHalf, "",
      "1 on the front of a triangle, -1 on its back"},
     {Channel::kMotion, "motion", kMotion, PixelType::kFloat, "",
-     "offset to where the surface point is one frame later, rendered or not; pixels, Y down"},
+     "offset to the place of the surface point one frame later, even if that frame is not "
+     "rendered; pixels, Y down"},
     {Channel::kId, "id", kId, PixelType::kUint, "",
-     "object (node), material, triangle of its mesh, instance: index + 1"},
+     "index + 1 of the object (node), of the material, of the triangle in its mesh and of the "
+     "instance"},
     {Channel::kBarycentric, "barycentric", kBarycentric, PixelType::kFloat, "",
      "weights of the triangle's second and third corner"},
     {Channel::kDistance, "distance", kDistance, PixelType::kFloat, "",

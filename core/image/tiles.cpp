@@ -134,7 +134,7 @@ std::optional<Window> joinTiles(std::span<const LayeredImage> tiles, const Windo
             const std::size_t first = tile.offsets[pixel];
             const std::size_t count = tile.offsets[pixel + end - begin] - first;
             if (out.fragments() + count > std::numeric_limits<std::uint32_t>::max()) {
-                throw Error(ErrorKind::kMemory, "over 2^32 fragments in one band");
+                throw Error(ErrorKind::kMemory, "a band has more than 2^32 fragments");
             }
             // May wrap around; the sums below wrap back.
             const auto base = static_cast<std::uint32_t>(out.fragments() - first);
@@ -182,7 +182,7 @@ void mergeByDepth(std::span<const LayeredImage> elements, const Window& window,
                     append(element.extra[i], fragment, 1, out.extra[i]);
             }
             if (out.fragments() > std::numeric_limits<std::uint32_t>::max())
-                throw Error(ErrorKind::kMemory, "over 2^32 fragments in one band");
+                throw Error(ErrorKind::kMemory, "a band has more than 2^32 fragments");
             out.offsets.push_back(static_cast<std::uint32_t>(out.fragments()));
         }
     }

@@ -67,7 +67,7 @@ SceneTriangles::SceneTriangles(const PosedScene& posed) : posed_(posed) {
     close_batch();
     if (number > std::numeric_limits<std::uint32_t>::max()) {
         throw Error(ErrorKind::kInput, "the scene has more triangles than 32 bits can count", "",
-                    "trace it in parts");
+                    "trace parts of it: " + Parameter::kInclude + ", " + Parameter::kExclude);
     }
     blocks_ = number / HitTriangles::kBlock;
 }

@@ -170,10 +170,10 @@ View placed(const Bundle& bundle, int width, int height) {
     const glm::ivec2 size(view.width, view.height), room = glm::ivec2(width, height) - size;
     const glm::ivec2 left_over(room.x % 2, room.y % 2), offset = room / 2;
     if (!bundle.parallel() && left_over != glm::ivec2(0)) {
-        throw Error(
-            ErrorKind::kUsage,
-            "pinhole bundles with sizes that differ by an odd number do not fit into one file",
-            bundle.name, "write one file per bundle");
+        throw Error(ErrorKind::kUsage,
+                    "perspective bundles whose widths or heights differ by an odd number of rays "
+                    "do not fit into one file",
+                    bundle.name, "write one file per bundle");
     }
     const glm::dvec2 half(view.projection.half_width, view.projection.half_height);
     // If the sizes differ by an odd number, the centre of the new picture is half a pixel to the

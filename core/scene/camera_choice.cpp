@@ -31,7 +31,7 @@ const PlacedLight& chooseLight(const std::vector<PlacedLight>& lights, const std
         return lights[*found];
     if (lights.empty()) {
         throw Error(ErrorKind::kUsage,
-                    "the scene has no lights, and an environment turns off the built-in one",
+                    "the scene has no lights, and an environment turns off the built-in light",
                     Parameter::kCamera + " " + camera, "leave " + Parameter::kEnvironment + " out");
     }
     throw Error(
@@ -55,7 +55,8 @@ View lightCamera(const PosedScene& posed, const std::string& camera) {
     const auto view = lightView(light, posed);
     if (!view) {
         throw Error(ErrorKind::kInput, "the scene has no vertices to fit the light's view to",
-                    Parameter::kCamera + " " + camera);
+                    Parameter::kCamera + " " + camera,
+                    "choose another " + Parameter::kCamera + ", or give " + Parameter::kEye);
     }
     return *view;
 }
@@ -96,7 +97,8 @@ View sceneCamera(const Scene& scene, const CameraInstance& instance, const std::
         aspect = std::abs(camera.xmag / camera.ymag);
     }
     if (!(aspect > 0 && std::isfinite(aspect))) {
-        throw Error(ErrorKind::kInput, "the camera has no usable aspect ratio", where);
+        throw Error(ErrorKind::kInput, "the camera has no usable aspect ratio", where,
+                    "xmag must not be 0; or choose another " + Parameter::kCamera);
     }
     setSize(view, size, aspect);
 

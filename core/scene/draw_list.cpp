@@ -105,7 +105,8 @@ void DrawList::addGroup(const Scene& scene, std::span<const MeshInstance> instan
     if (next_key_ > std::numeric_limits<std::uint32_t>::max() ||
         most_vertices > std::numeric_limits<int>::max()) {
         throw Error(ErrorKind::kInput, "the scene has more primitives than 32 bits can count",
-                    "/meshes/" + std::to_string(first.mesh), "render it in parts");
+                    "/meshes/" + std::to_string(first.mesh),
+                    "render parts of it: " + Parameter::kInclude + ", " + Parameter::kExclude);
     }
     addSurfaces(primitives, first_key, instances.size());
     for (const MeshInstance& instance : instances)

@@ -24,7 +24,7 @@ glm::dmat4 place(const LightInstance& instance, LightType type) {
     }
     throw Error(ErrorKind::kInput, "the node's transform gives its light no position or direction",
                 "/nodes/" + std::to_string(instance.node),
-                "look for scales of 0 in it and its ancestors");
+                "look for scales of 0 in the node and its ancestors");
 }
 
 glm::dvec3 keyDirection() {

@@ -24,7 +24,7 @@ std::string placeOf(const char* list, std::size_t index) {
 void checkIndex(std::int64_t index, std::size_t size, bool none, const char* of,
                 const std::string& where) {
     if ((none && index == -1) || (index >= 0 && static_cast<std::uint64_t>(index) < size)) return;
-    refuse("there is no " + std::string(of) + " " + std::to_string(index) + ", only " +
+    refuse("there is no " + std::string(of) + " " + std::to_string(index) + "; there are " +
                std::to_string(size),
            where);
 }
@@ -32,8 +32,8 @@ void checkIndex(std::int64_t index, std::size_t size, bool none, const char* of,
 void checkLength(std::size_t length, std::size_t vertices, const char* of,
                  const std::string& where) {
     if (length == 0 || length == vertices) return;
-    refuse(std::string(of) + ": " + std::to_string(length) + " of " + std::to_string(vertices) +
-               " vertices",
+    refuse("expected " + std::to_string(vertices) + " " + of + ", one per vertex, not " +
+               std::to_string(length),
            where);
 }
 
@@ -54,12 +54,12 @@ void checkPrimitive(const Scene& scene, const Primitive& primitive, const std::s
             refuse("every vertex needs joints and weights", where);
     }
     for (const MorphTarget& target : primitive.targets) {
-        checkLength(target.positions.size(), vertices, "a target's positions", where);
-        checkLength(target.normals.size(), vertices, "a target's normals", where);
-        checkLength(target.tangents.size(), vertices, "a target's tangents", where);
+        checkLength(target.positions.size(), vertices, "positions of a target", where);
+        checkLength(target.normals.size(), vertices, "normals of a target", where);
+        checkLength(target.tangents.size(), vertices, "tangents of a target", where);
         for (const auto& texcoords : target.texcoords)
-            checkLength(texcoords.size(), vertices, "a target's texcoords", where);
-        checkLength(target.colors.size(), vertices, "a target's colors", where);
+            checkLength(texcoords.size(), vertices, "texcoords of a target", where);
+        checkLength(target.colors.size(), vertices, "colors of a target", where);
     }
     const auto largest = std::ranges::max_element(primitive.indices);
     if (largest != primitive.indices.end())

@@ -93,7 +93,7 @@ void checkTextureUnits(Material material, int units) {
                     std::to_string(units) + " in a shader, including " + std::to_string(kOthers) +
                     " reserved ones",
                 material.name,
-                "render on another device (" + Parameter::kListDevices + "), or " +
+                "render on another device (see " + Parameter::kListDevices + "), or use " +
                     Parameter::kBackend + " osmesa");
 }
 

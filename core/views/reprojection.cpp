@@ -350,7 +350,7 @@ void Reprojection::join(const std::vector<LayeredImage>& parts, LayeredImage& ba
     for (const LayeredImage& part : parts)
         fragments += part.fragments();
     if (fragments > std::numeric_limits<std::uint32_t>::max()) {
-        throw Error(ErrorKind::kMemory, "a band of the view has over 2^32 fragments", {},
+        throw Error(ErrorKind::kMemory, "a band of the view has more than 2^32 fragments", {},
                     "choose a smaller " + Parameter::kSize);
     }
     band.window = unite(parts.front().window, parts.back().window);

@@ -54,7 +54,7 @@ class LariSample final : public Sink {
 
     void begin(const Plan& plan) override {
         if (isStandardOutput(path_)) {
-            throw Error(ErrorKind::kUsage, "standard output takes one file",
+            throw Error(ErrorKind::kUsage, "several files cannot go to standard output",
                         Parameter::kAs + " lari", "name a file");
         }
         const std::vector<std::string> beside = lariFiles(path_);

@@ -31,9 +31,10 @@ std::vector<glm::dvec3> npzPoints(std::span<const std::uint8_t> file, const std:
     if (!named) named = archive.find("positions");
     // peeler's own files without positions have other arrays of three components, not points.
     if (!named && archive.find("ray_splits"))
-        throw Error(ErrorKind::kInput,
-                    "hits of rays without the array positions cannot be read as points", where,
-                    "run extract with the channel position, or let rays write a .ply of points");
+        throw Error(
+            ErrorKind::kInput, "the file has hits or fragments, but no array positions", where,
+            "render with " + Parameter::kChannels +
+                " position and extract the arrays again, or write the hits of rays to a .ply");
     const std::vector<NpzArchive::Member> members = named ? std::vector{*named} : archive.members();
     std::vector<glm::dvec3> found;
     std::string name;

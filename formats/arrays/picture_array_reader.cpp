@@ -82,7 +82,7 @@ PictureArrayReader::PictureArrayReader(std::unique_ptr<PictureArrays> arrays, bo
 
 void PictureArrayReader::fail(const std::string& what) const {
     throw Error(ErrorKind::kInput, what, arrays_->path(),
-                "splits must hold the ends of the pixels' lists");
+                "formats/README.md, \"Pictures as arrays\", describes the arrays");
 }
 
 /// Returns the start of each of `count` consecutive lists, then the end of the last list.
@@ -97,7 +97,7 @@ std::vector<std::uint64_t> PictureArrayReader::splitsFrom(std::uint64_t first,
     const SafetensorsArray& array = *arrays_->splits;
     const std::size_t size = array.number->size;
     std::vector<char> bytes(splits.size() * size);
-    if (!arrays_->file().read(array.offset + first * size, bytes)) fail("it ends early");
+    if (!arrays_->file().read(array.offset + first * size, bytes)) fail("the file ends early");
     const std::uint64_t n = arrays_->z->shape.front();
     for (std::size_t i = 0; i <= count; ++i) {
         const auto* const at = reinterpret_cast<const std::uint8_t*>(bytes.data()) + i * size;
@@ -176,7 +176,8 @@ void PictureArrayReader::readRuns(const SafetensorsArray& array, std::size_t siz
                                   std::span<const Run> runs, std::byte* out) const {
     for (const Run& run : runs) {
         const std::span bytes(reinterpret_cast<char*>(out), run.count * size);
-        if (!arrays_->file().read(array.offset + run.from * size, bytes)) fail("it ends early");
+        if (!arrays_->file().read(array.offset + run.from * size, bytes))
+            fail("the file ends early");
         out += bytes.size();
     }
 }
@@ -229,7 +230,7 @@ void PictureArrayReader::read(const Window& window, LayeredImage& out) {
 void PictureArrayReader::readComposite(const Window& window, CompositeImage& out) {
     if (!arrays_->composite())
         throw Error(ErrorKind::kInput, "layers in arrays have no composite", arrays_->path(),
-                    "flatten it first");
+                    "flatten the layers first");
     LayeredImage pixels;
     read(window, pixels);
     compositeOver(pixels, {}, out);

@@ -45,7 +45,7 @@ std::vector<glm::dvec3> readPoints(const std::filesystem::path& path, const Memo
         kFormats, [&](const PointFormat& row) { return text.starts_with(row.magic); });
     if (format == std::end(kFormats))
         throw Error(ErrorKind::kInput, "this is neither a PLY file nor a .npz", path.string(),
-                    "numpy.savez(path, points=...) makes one");
+                    "write one with numpy.savez(path, points=array)");
     std::vector<glm::dvec3> points = format->read(bytes, path.string(), allow);
     if (points.empty()) throw Error(ErrorKind::kInput, "the file has no points", path.string());
     const auto bad = std::ranges::find_if_not(points, isUsable);
@@ -53,7 +53,7 @@ std::vector<glm::dvec3> readPoints(const std::filesystem::path& path, const Memo
         throw Error(
             ErrorKind::kInput,
             "point " + std::to_string(bad - points.begin()) + " is infinite, NaN or too far away",
-            path.string(), "leave such points out (points count from 0)");
+            path.string(), "leave this point out; points are counted from 0");
     return points;
 }
 

@@ -74,7 +74,8 @@ glm::dmat4 placeIn(const CameraObject& line, bool z_up) {
                      "give cameraToWorld, worldToCamera, or eye and target");
     if (!line.has("eye"))
         for (const char* key : {"target", "up"})
-            if (line.has(key)) refuseCamera("only a camera with an eye takes it", line.where(key));
+            if (line.has(key))
+                refuseCamera("\"" + std::string(key) + "\" needs \"eye\"", line.where(key));
     if (const auto matrix = line.matrix("cameraToWorld"))
         return checkedPose(*matrix, line.where("cameraToWorld"));
     if (const auto matrix = line.matrix("worldToCamera"))

@@ -41,7 +41,7 @@ Intrinsics writtenIntrinsics(const FileCamera& camera) {
     if (camera.ortho_height)
         throw Error(ErrorKind::kUsage,
                     "an orthographic camera cannot be written as a calibrated one", where,
-                    "leave it out");
+                    "leave this camera out");
     if (camera.size.width < 1 || camera.size.height < 1)
         throw Error(ErrorKind::kUsage, "the camera's picture size is unknown", where,
                     "give " + Parameter::kSize);

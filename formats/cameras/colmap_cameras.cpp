@@ -13,7 +13,7 @@ namespace peeler {
 namespace {
 
 constexpr const char* kUndistorter =
-    "undistort the pictures first (colmap image_undistorter), which makes it a PINHOLE";
+    "undistort the pictures first: colmap image_undistorter makes PINHOLE cameras";
 
 constexpr ColmapLens kColmapLenses[] = {
     {0, "SIMPLE_PINHOLE", 3, 1},

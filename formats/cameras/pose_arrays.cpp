@@ -67,7 +67,7 @@ class ThingArray {
     /// Throws Error (kInput) unless there is a single item, or one per view.
     void checkCount(std::uint64_t views) const {
         if (!is_one_ && count_ != views)
-            refuseCamera("there are " + std::to_string(count_) + " of them, but " +
+            refuseCamera("the array has " + std::to_string(count_) + " entries, but there are " +
                              std::to_string(views) + " poses",
                          where_);
     }

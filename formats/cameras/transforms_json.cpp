@@ -106,7 +106,7 @@ void checkLens(const CameraObject& holder) {
     if (const auto* const list = holder.find("distortion_params")) {
         const auto isZero = [](const nlohmann::json& k) { return k.is_number() && k == 0; };
         if (!list->is_array() || !std::ranges::all_of(*list, isZero))
-            refuseCamera("lens distortion is not rendered, and one of them is not 0",
+            refuseCamera("lens distortion is not rendered, and one of these coefficients is not 0",
                          holder.where("distortion_params"), kUndistort);
     }
     for (const char* key : kOtherLenses)

@@ -146,10 +146,11 @@ void warnOfHeader(OpenedExr& opened, std::size_t part) {
     }
     if (header.chromaticities && !isRec709(*header.chromaticities))
         warnings.warn(
-            "Its primaries are not those of Rec. 709 (chromaticities); colours are not converted.");
+            "The primaries of the picture are not those of Rec. 709 (chromaticities); colours are "
+            "not converted.");
     const std::string aspect = header.attribute("pixelAspectRatio");
     if (!opened.info.plan.view.known && numberIn<float>(aspect) != 1)
-        warnings.warn("Its pixels are not square (pixelAspectRatio " + aspect +
+        warnings.warn("The pixels of the picture are not square (pixelAspectRatio " + aspect +
                       "); they are not resampled.");
 }
 

@@ -80,7 +80,7 @@ void checkChunkSize(const Imf::Header& header, const std::string& path) {
     const auto rows = static_cast<std::uint64_t>(exrRowsPerChunk(header.compression()));
     if (width * pixel * rows > std::numeric_limits<std::int32_t>::max()) {
         throw Error(ErrorKind::kOutput,
-                    std::to_string(rows) + " rows of the picture are larger than OpenEXR's 2 GiB",
+                    std::to_string(rows) + " rows of the picture exceed OpenEXR's limit of 2 GiB",
                     path, "render narrower tiles, or fewer channels");
     }
 }
@@ -282,7 +282,7 @@ void ExrOutput::append(std::size_t part, int chunk, std::span<const std::byte> p
 
 void ExrOutput::append(std::size_t part, int chunk, const ExrDeepChunk& packed) {
     if (packed.unpacked > std::numeric_limits<std::int32_t>::max()) {
-        throw Error(ErrorKind::kOutput, "the samples of a row are larger than OpenEXR's 2 GiB",
+        throw Error(ErrorKind::kOutput, "the samples of a row exceed OpenEXR's limit of 2 GiB",
                     file_.path(), "render narrower tiles, or fewer channels or layers");
     }
     std::string start = beginChunk(part, chunk);

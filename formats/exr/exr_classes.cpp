@@ -36,7 +36,7 @@ auto byClasses(const std::string& place, Action&& action) {
         const std::string_view what = problem.what();
         // A failure in one of OpenEXR's tasks can be recognised only by its text.
         if (what.find("bad_alloc") != std::string_view::npos) throw std::bad_alloc();
-        throw Error(ErrorKind::kInput, "OpenEXR cannot read it: " + std::string(what), place,
+        throw Error(ErrorKind::kInput, "OpenEXR cannot read the file: " + std::string(what), place,
                     "the file may be damaged or cut off; write it again");
     }
 }

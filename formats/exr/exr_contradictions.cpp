@@ -116,7 +116,7 @@ std::vector<std::string> headerContradictions(const std::string& path) {
             throw;
         } catch (const std::exception& problem) {
             throw Error(ErrorKind::kInput,
-                        std::string("OpenEXR's classes refuse it: ") + problem.what(), file,
+                        std::string("OpenEXR cannot read the file: ") + problem.what(), file,
                         "the file may be damaged; write it again");
         }
     }

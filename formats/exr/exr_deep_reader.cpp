@@ -164,8 +164,10 @@ std::vector<std::size_t> ExrDeepReader::findOthers(std::size_t main) const {
         for (const ExrInputChannel& channel : part.channels)
             joins = joins && (isDepth(channel.name) || !known.contains(channel.name));
         if (!joins && info_.is_peeler) {
-            throw Error(ErrorKind::kInput, "the part does not fit the others", input_.where(index),
-                        "render it again");
+            throw Error(
+                ErrorKind::kInput,
+                "the part differs from the first one in its pixels or view, or repeats a channel",
+                input_.where(index), "render it again");
         }
         if (!joins) continue;
         for (const ExrInputChannel& channel : part.channels)
@@ -375,7 +377,8 @@ void ExrDeepReader::scatter(const ExrDeepBlock& block, const Part& part, Layered
                 // The file may change while it is read, but samples must never be stored beyond the
                 // row.
                 if (offsets[x + 1] - offsets[x] != counts[left + x]) {
-                    throw Error(ErrorKind::kInput, "the sample counts have changed",
+                    throw Error(ErrorKind::kInput,
+                                "the sample counts have changed since the file was opened",
                                 input_.where(part.index), "read it again");
                 }
             }
@@ -448,7 +451,7 @@ void ExrDeepReader::warnOfVolumes(const LayeredImage& image) {
 
 void ExrDeepReader::readComposite(const Window&, CompositeImage&) {
     throw Error(ErrorKind::kInput, "a deep image has no part \"composite\"", input_.path(),
-                "flatten it first");
+                "flatten the image first");
 }
 
 int ExrDeepReader::rowsFor(std::uint64_t bytes) const {

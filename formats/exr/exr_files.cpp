@@ -97,7 +97,7 @@ void ExrFiles::addLayers() {
             parts_.back().attribute("peeler:layer") == std::to_string(layer))
             continue;
         throw Error(ErrorKind::kInput, "the file belongs to another picture", file,
-                    "keep the files of " + path() + " together, and no others of that name");
+                    "keep the files of " + path() + " together, and remove others of that name");
     }
 }
 

@@ -500,7 +500,7 @@ void ExrInput::check(int result, const std::string& part) const {
     const bool overlong = message.find("decompress") != std::string::npos;
     if (result == EXR_ERR_OUT_OF_MEMORY && !overlong)
         throw Error(ErrorKind::kMemory, message, path_);
-    throw Error(ErrorKind::kInput, "OpenEXR cannot read it: " + message,
+    throw Error(ErrorKind::kInput, "OpenEXR cannot read the file: " + message,
                 part.empty() ? path_ : path_ + ": " + part,
                 "the file may be damaged or cut off; write it again");
 }

@@ -124,7 +124,7 @@ PartHeader readPart(FileBytes& file, ExrHeaders& headers) {
     // Attributes are sorted by name. If a damaged size makes the header end at a wrong 0, the last
     // required attribute is missing.
     if (!part.ends)
-        throw Error(ErrorKind::kInput, "its headers are incomplete", file.path(),
+        throw Error(ErrorKind::kInput, "the file's headers are incomplete", file.path(),
                     "the file may be damaged or cut off; write it again");
     return part;
 }
@@ -245,8 +245,8 @@ std::string pixelHashRecord(std::uint64_t hash) {
 
 std::string ExrIntegrity::problem() const {
     if (state != kChanged) return "";
-    return "it does not match its " + std::string(kPixelHash) +
-           ": it has changed since it was written, or another program wrote it again";
+    return "the content does not match the attribute " + std::string(kPixelHash) +
+           ": the file has changed since peeler wrote it";
 }
 
 ExrIntegrity exrIntegrity(const std::string& path) {
@@ -261,8 +261,9 @@ ExrIntegrity exrIntegrity(const std::string& path) {
 void requireUnchanged(const std::string& path) {
     const ExrIntegrity proof = exrIntegrity(path);
     if (proof.state != ExrIntegrity::kChanged) return;
-    throw Error(ErrorKind::kInput, proof.problem(), proof.where,
-                "make it again or, if you trust the other program, erase that attribute");
+    throw Error(
+        ErrorKind::kInput, proof.problem(), proof.where,
+        "make the file again; if you trust the program that changed it, erase the attribute");
 }
 
 }  // namespace peeler

@@ -35,8 +35,8 @@ constexpr ExrLayout kLayouts[] = {
 };
 
 constexpr ExrCompression kCompressions[] = {
-    {"zip", "16 rows at once; layered files' default", false, Imf::ZIP_COMPRESSION},
-    {"zips", "row by row; deep images' default", true, Imf::ZIPS_COMPRESSION},
+    {"zip", "16 rows at once; default for layered files", false, Imf::ZIP_COMPRESSION},
+    {"zips", "row by row; default for deep images", true, Imf::ZIPS_COMPRESSION},
     {"rle", "run lengths: quicker and larger", true, Imf::RLE_COMPRESSION},
     {"none", "uncompressed", true, Imf::NO_COMPRESSION},
 };

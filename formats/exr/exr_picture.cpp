@@ -280,7 +280,7 @@ ExrPicture choosePicture(OpenedExr& opened) {
         for (const std::string& view : views)
             if (view != chosen.view)
                 opened.warnings.warn("The view \"" + view + "\" is not read; " + Parameter::kView +
-                                     " chooses it.");
+                                     " selects it.");
     }
     return chosen;
 }
@@ -300,7 +300,7 @@ void warnOfUnread(OpenedExr& opened, std::span<const std::size_t> read) {
     if (names.empty()) return;
     opened.warnings.warn((names.size() == 1 ? "The part " + listed(names) + " is"
                                             : "The parts " + listed(names) + " are") +
-                         " not read; " + Parameter::kPart + " chooses another one.");
+                         " not read; " + Parameter::kPart + " selects a part.");
 }
 
 void makeDepthsFinite(std::span<float> depths, ReadWarnings& warnings) {

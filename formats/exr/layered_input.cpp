@@ -16,7 +16,7 @@ void LayeredInput::countsToOffsets(std::vector<std::uint32_t>& counts, const std
     for (std::uint32_t& count : counts) {
         total += count;
         if (total > std::numeric_limits<std::uint32_t>::max()) {
-            throw Error(ErrorKind::kMemory, "over 2^32 fragments in one band", path,
+            throw Error(ErrorKind::kMemory, "a band has more than 2^32 fragments", path,
                         "read fewer rows at once");
         }
         count = static_cast<std::uint32_t>(total);

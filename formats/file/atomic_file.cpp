@@ -46,7 +46,7 @@ std::string hintFor(int error) {
         case ENOTDIR:
             return "a part of the path is a file, not a folder";
         case ELOOP:
-            return "the symbolic links on the way to it form a loop";
+            return "the symbolic links in the path form a loop";
         case EFBIG:
             return "the file system or a limit (ulimit -f) allows no file that large";
         case ENAMETOOLONG:

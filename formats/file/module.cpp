@@ -53,10 +53,10 @@ void* moduleFunction(const char* module, const char* function) {
     if (!handle)
         throw Error(ErrorKind::kInternal,
                     "a part of peeler cannot be loaded: " + std::string(dlerror()), file,
-                    "install the libraries that it is linked with");
+                    "install the libraries that this file needs");
     if (void* address = dlsym(handle, function)) return address;
     throw Error(ErrorKind::kInternal, "a part of peeler has another version", module,
-                "install all of it again");
+                "install all of peeler again");
 }
 
 }  // namespace peeler

@@ -21,8 +21,8 @@ namespace {
 [[noreturn]] void failToLook(const std::filesystem::path& path, int error, ErrorKind kind) {
     throw Error(kind, "cannot examine the path: " + std::string(std::strerror(error)),
                 path.string(),
-                error == EACCES  ? "check the permissions of the folders on the way to it"
-                : error == ELOOP ? "the symbolic links on the way to it form a loop"
+                error == EACCES  ? "check the permissions of the folders in the path"
+                : error == ELOOP ? "the symbolic links in the path form a loop"
                                  : "check the disk");
 }
 

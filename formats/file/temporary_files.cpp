@@ -90,7 +90,8 @@ void removeFolder(const char* path) noexcept {
 [[noreturn]] void failScratch(const fs::path& path, int error) {
     throw Error(ErrorKind::kOutput,
                 "cannot make a scratch folder: " + std::generic_category().message(error),
-                path.string(), "check the permissions of the folder, and the room on its disk");
+                path.string(),
+                "check the permissions of the folder, and the free space on its disk");
 }
 
 }  // namespace

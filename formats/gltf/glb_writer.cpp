@@ -217,7 +217,7 @@ void GlbWriter::takeImages() {
             if (!mime_type) {
                 if (!isDataUri(uri))  // a data URI may stay in the JSON
                     warnings_.push_back("The image " + where +
-                                        " is not embedded: glTF does not hold its format.");
+                                        " is not embedded: glTF does not allow its format.");
                 continue;
             }
             place = known.emplace(uri, Place{addBufferView(std::move(bytes)), mime_type}).first;

@@ -110,7 +110,7 @@ std::span<const std::uint8_t> AccessorReader::bufferView(int buffer_view) const 
     // The sum cannot overflow, since both numbers are at most 2^53 (schema).
     if (view.byteOffset + view.byteLength > buffer.size())
         failGltf("the view ends at byte " + std::to_string(view.byteOffset + view.byteLength) +
-                     ", but its buffer has " + std::to_string(buffer.size()),
+                     ", but its buffer has " + std::to_string(buffer.size()) + " bytes",
                  where);
     return buffer.subspan(view.byteOffset, view.byteLength);
 }
@@ -157,7 +157,7 @@ AccessorReader::Elements AccessorReader::elements(int accessor) const {
     const std::uint64_t end = info.byteOffset + result.stride * (info.count - 1) + element_bytes;
     if (end > view.size())
         failGltf("the accessor ends at byte " + std::to_string(end) + " of its buffer view, " +
-                     "which has " + std::to_string(view.size()),
+                     "which has " + std::to_string(view.size()) + " bytes",
                  where);
     result.data = view.data() + info.byteOffset;
     return result;
@@ -188,7 +188,7 @@ void AccessorReader::applySparse(int accessor, ElementRange range, bool normaliz
                                      [&](std::uint32_t place) { return place >= info.count; });
     if (beyond != places.end())
         failGltf("element " + std::to_string(*beyond) + " is substituted, but the accessor has " +
-                     std::to_string(info.count),
+                     std::to_string(info.count) + " elements",
                  where + "/indices");
     copyElements(
         packed(info.sparse.values.bufferView,
@@ -222,11 +222,12 @@ bool AccessorReader::isNormalized(int accessor, const AccessorFormat& format,
                              (info.normalized ? "normalized " : "") + name->second;
     if (info.componentType == kFloat || !isAllowed(!normalized))
         failGltf(said + " components, which this use does not allow", use);
-    document_.warn("The integers of " + use + " are read as " +
-                       (normalized ? "plain integers, but the accessor marks them as normalized"
-                                   : "normalized, but the accessor does not mark them so") +
-                       " (" + format.issue + ").",
-                   use);
+    document_.warn(
+        "The integers of " + use + " are read as " +
+            (normalized ? "plain integers, but the accessor marks them as normalized"
+                        : "normalized, but the accessor does not mark them as normalized") +
+            " (" + format.issue + ").",
+        use);
     return !normalized;
 }
 

@@ -93,7 +93,7 @@ void checkDepths(const std::vector<int>& parents) {
         if (depth > kMaxNodeDepth)
             failGltf(
                 "the nodes are nested deeper than " + std::to_string(kMaxNodeDepth) + " levels",
-                childPointer("/nodes", i), "no exporter writes such a scene; flatten it");
+                childPointer("/nodes", i), "flatten the hierarchy of nodes");
     }
 }
 
@@ -258,7 +258,7 @@ void checkGltfVersion(json& gltf, const std::string& path, ReadWarnings& warning
                  "/asset/version", "convert it to glTF 2.0");
     if (asset.contains("minVersion") && !isVersion2(asset["minVersion"], true))
         failGltf("the file needs a reader of glTF " + shownJson(asset["minVersion"]) +
-                     ", but this one reads 2.0",
+                     ", but peeler reads 2.0",
                  "/asset/minVersion", "export it as glTF 2.0");
 }
 

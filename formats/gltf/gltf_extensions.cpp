@@ -17,7 +17,8 @@ const std::vector<GltfExtension>& gltfExtensions() {
         {"KHR_lights_punctual", true, "directional, point and spot lights"},
         {"KHR_materials_anisotropy", true, "highlights stretched along a direction"},
         {"KHR_materials_clearcoat", true, "a varnish with its own normals"},
-        {"KHR_materials_dispersion", false, "nothing refracts, so no light is split into colours"},
+        {"KHR_materials_dispersion", false,
+         "light is not refracted, so it is not split into colours"},
         {"KHR_materials_emissive_strength", true, "emission brighter than 1"},
         {"KHR_materials_ior", true, "index of refraction of dielectrics"},
         {"KHR_materials_iridescence", true, "thin films"},
@@ -35,8 +36,8 @@ const std::vector<GltfExtension>& gltfExtensions() {
         {"KHR_node_visibility", true, "hidden nodes"},
         {"KHR_texture_basisu", true, "KTX2 textures of UASTC and ETC1S"},
         {"KHR_texture_transform", true, "offset, rotation and scale of texture coordinates"},
-        {"KHR_xmp", true, "metadata, which shows nothing"},
-        {"KHR_xmp_json_ld", true, "metadata, which shows nothing"},
+        {"KHR_xmp", true, "metadata, which does not change the picture"},
+        {"KHR_xmp_json_ld", true, "metadata, which does not change the picture"},
         {"MSFT_texture_dds", false, "the PNG or JPEG fallback is read", true},
     };
     return extensions;

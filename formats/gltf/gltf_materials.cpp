@@ -153,11 +153,11 @@ class MaterialReader {
             const std::string place = childPointer(where + "/extensions", name);
             if (std::ranges::find(options_.ignored_extensions, name) !=
                 options_.ignored_extensions.end()) {
-                missing(place, "it only has an image of " + name, "add a PNG or JPEG image");
+                missing(place, "its only image needs " + name, "add a PNG or JPEG image");
                 return -1;
             }
             throw Error(ErrorKind::kInput,
-                        "the texture only has an image of " + name + ", which is not decoded",
+                        "the texture's only image needs " + name + ", which is not supported",
                         place,
                         "add a PNG or JPEG fallback, or go on without it: " +
                             Parameter::kIgnoredExtensions + " " + name);
@@ -191,7 +191,7 @@ class MaterialReader {
         if (source.buffer_view >= 0)
             return AccessorReader(document_).bufferView(source.buffer_view);
         if (source.uri.empty())
-            throw Error(ErrorKind::kInput, "it has neither a uri nor a bufferView", where);
+            throw Error(ErrorKind::kInput, "the image has neither a uri nor a bufferView", where);
         return document_.readUri(source.uri, where + "/uri");
     }
 

@@ -231,7 +231,7 @@ class PrimitiveReader {
             const std::string place = childPointer(where, name);
             document_.warn(
                 "The attribute " + place +
-                    " is not one that glTF allows there (MESH_PRIMITIVE_INVALID_ATTRIBUTE); " +
+                    " is not allowed there by glTF (MESH_PRIMITIVE_INVALID_ATTRIBUTE); " +
                     "it is left out.",
                 place);
         }
@@ -378,7 +378,7 @@ void checkTexcoords(const Primitive& primitive, const std::vector<UvSets>& uv_se
                 primitive.texcoords[set].empty())
                 document.warn("The primitive " + where + " lacks TEXCOORD_" + std::to_string(set) +
                                   ", which its material uses (MESH_PRIMITIVE_TOO_FEW_TEXCOORDS); " +
-                                  "it shows one texel.",
+                                  "it shows a single texel.",
                               where);
 }
 

@@ -54,7 +54,7 @@ MeshoptStream streamOf(const json& view, const json& extension, const GltfDocume
     // The sum cannot overflow, since both numbers are at most 2^53 (schema).
     if (offset + length > buffer.size())
         failGltf("the compressed data ends at byte " + std::to_string(offset + length) +
-                     ", but its buffer has " + std::to_string(buffer.size()),
+                     ", but its buffer has " + std::to_string(buffer.size()) + " bytes",
                  where);
     stream.bytes = buffer.subspan(offset, length);
     if (view.value("byteStride", stream.stride) != stream.stride)

@@ -140,7 +140,8 @@ class NodeReader {
         if (instancing == extensions.end() || node.mesh < 0) return;
         if (node.skin >= 0)
             document_.warn("The instances " + where +
-                           " are of a skinned mesh, whose joints place it; it is shown once.");
+                           " are ignored, because the joints of their skinned mesh place it; the "
+                           "mesh is shown once.");
         else
             node.instances =
                 instances((*instancing)["attributes"], where + '/' + kInstancing + "/attributes");
@@ -241,7 +242,7 @@ class NodeReader {
         if (mesh_joints_[mesh] > joints)
             failGltf("mesh " + std::to_string(node.mesh) + " is moved by joint " +
                          std::to_string(mesh_joints_[mesh] - 1) + ", but the skin has " +
-                         std::to_string(joints),
+                         std::to_string(joints) + " joints",
                      where + "/skin");
     }
 

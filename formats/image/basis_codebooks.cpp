@@ -121,9 +121,9 @@ BasisCodebooks readBasisCodebooks(const Ktx2Container& file) {
                         table_bytes = data.number(4, header),
                         extended_bytes = data.number(4, header);
     if (endpoints == 0 || selectors == 0 || extended_bytes != 0)
-        failKtx2("BasisLZ has " + std::to_string(endpoints) + " endpoints, " +
-                     std::to_string(selectors) + " selectors and " +
-                     std::to_string(extended_bytes) + " bytes of extended data",
+        failKtx2("BasisLZ needs endpoints and selectors and takes no extended data, but has " +
+                     std::to_string(endpoints) + " endpoints, " + std::to_string(selectors) +
+                     " selectors and " + std::to_string(extended_bytes) + " bytes of extended data",
                  begin);
     BasisCodebooks out;
     for (std::size_t i = 0; i < file.levels.size(); ++i) {

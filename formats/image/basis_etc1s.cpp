@@ -79,7 +79,7 @@ class SliceReader {
             if (endpoint >= books_.endpoints.size())
                 endpoint -= static_cast<std::uint32_t>(books_.endpoints.size());
         } else if ((x == 0 && prediction != kAbove) || (y == 0 && prediction != kLeft)) {
-            failKtx2("a block refers to one outside the picture", bits_.position());
+            failKtx2("a block refers to a block outside the picture", bits_.position());
         }
         above_left_ = above;
         above_[x] = left_ = endpoint;

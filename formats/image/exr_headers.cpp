@@ -48,8 +48,9 @@ bool ExrHeaders::nextPart() {
         return false;
     }
     if (parts_++ == kMaxParts)
-        throw Error(ErrorKind::kInput, "it has more than " + std::to_string(kMaxParts) + " parts",
-                    path_, "leave some layers out");
+        throw Error(ErrorKind::kInput,
+                    "the file has more than " + std::to_string(kMaxParts) + " parts", path_,
+                    "leave some layers out");
     attributes_ = 0;
     return true;
 }
@@ -143,7 +144,7 @@ void checkExrHeaders(const RegularFile& file, const std::string& path) {
             file.readSome(attribute.place, {&compression, 1});
             if (static_cast<unsigned char>(compression) < Imf::NUM_COMPRESSION_METHODS) continue;
             throw Error(ErrorKind::kInput,
-                        "its compression, number " +
+                        "the compression of a part, number " +
                             std::to_string(static_cast<unsigned char>(compression)) +
                             ", is unknown to this OpenEXR (" OPENEXR_VERSION_STRING ")",
                         path, "write it again with zip");

@@ -117,7 +117,7 @@ std::array<int, 4> channelsOf(const std::vector<std::string>& names, FileKind ki
     const int grey = index("Y"), alpha = index("A");
     const std::array<int, 3> rgb{index("R"), index("G"), index("B")};
     if (rgb[0] >= 0 && rgb[1] >= 0 && rgb[2] >= 0) return {rgb[0], rgb[1], rgb[2], alpha};
-    if (grey < 0) failFlatImage("its first part has neither channels R, G, B nor Y");
+    if (grey < 0) failFlatImage("its first part has neither the channels R, G and B nor Y");
     return {grey, grey, grey, alpha};
 }
 

@@ -71,7 +71,7 @@ HuffmanTable HuffmanTable::read(BitReader& bits) {
     if (count == 0) return {};
     const std::size_t stored = bits.take(5);
     if (stored < 1 || stored > std::size(kLengthOrder))
-        failKtx2("a Huffman table has " + std::to_string(stored) + " lengths of lengths", at);
+        failKtx2("a Huffman table has " + std::to_string(stored) + " code length codes", at);
     std::array<std::uint8_t, std::size(kLengthOrder)> of_lengths{};
     for (std::size_t i = 0; i < stored; ++i)
         of_lengths[kLengthOrder[i]] = static_cast<std::uint8_t>(bits.take(3));

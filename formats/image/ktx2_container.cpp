@@ -135,7 +135,7 @@ class Ktx2Reader {
             failKtx2("it is a 1D texture, not a 2D texture", Ktx2Field::kHeight);
         height_ = checkedSide(Ktx2Field::kHeight);
         if (number(Ktx2Field::kTypeSize) != 1)
-            failKtx2("its numbers are not bytes", Ktx2Field::kTypeSize);
+            failKtx2("its typeSize is not 1: the components are not bytes", Ktx2Field::kTypeSize);
         const std::uint64_t scheme = number(Ktx2Field::kScheme);
         if (scheme >= std::size(kKtx2Packings))
             failKtx2("the supercompression scheme " + std::to_string(scheme) + " is not known",
@@ -289,7 +289,9 @@ class Ktx2Reader {
             const std::size_t left = pairs.size() - at;
             const std::uint64_t size = left < 4 ? 0 : number(begin + at);
             if (size < 2 || size > left - 4)
-                failKtx2("a key and its value have " + std::to_string(size) + " bytes", begin + at);
+                failKtx2(
+                    "a key/value pair has an invalid length of " + std::to_string(size) + " bytes",
+                    begin + at);
             const std::string_view text(reinterpret_cast<const char*>(pairs.data()) + at + 4, size);
             const std::size_t end = text.find('\0');
             if (end == 0 || end == std::string_view::npos)

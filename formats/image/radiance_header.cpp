@@ -63,7 +63,7 @@ void readSetting(std::string_view line, RadianceHeader& header) {
         if (std::ranges::any_of(setting.neutral,
                                 [&](const auto& usual) { return same(value, usual); }))
             continue;
-        header.notes.push_back("it says " + std::string(line) + "; " + setting.effect);
+        header.notes.push_back("its header says " + std::string(line) + "; " + setting.effect);
     }
 }
 

@@ -72,7 +72,7 @@ MaskFolder::MaskFolder(MaskFolderOptions options, std::vector<MaskedObject> obje
         throw Error(ErrorKind::kUsage,
                     "a picture of ids has 16 bits, too few for " + std::to_string(objects_.size()) +
                         " objects",
-                    "", "leave pictures of ids out, or make fewer objects");
+                    "", "give " + Parameter::kAs + " bop,coco, or make fewer objects");
 }
 
 void MaskFolder::checkViews(std::span<const View> views) const {
@@ -80,12 +80,12 @@ void MaskFolder::checkViews(std::span<const View> views) const {
     for (const View& view : views) {
         if (!view.projection.perspective)
             throw Error(ErrorKind::kUsage, "BOP has no orthographic cameras", view.camera_name,
-                        "take another camera, or leave BOP's files out");
+                        "choose a perspective camera, or give " + Parameter::kAs + " coco,ids");
         const Window &crop = view.crop, &first = views.front().crop;
         if (crop.width() != first.width() || crop.height() != first.height())
-            throw Error(ErrorKind::kUsage, "BOP needs the same size for all pictures",
-                        view.camera_name,
-                        "give " + Parameter::kSize + ", or leave BOP's files out");
+            throw Error(
+                ErrorKind::kUsage, "BOP needs the same size for all pictures", view.camera_name,
+                "give " + Parameter::kSize + ", or leave BOP out: " + Parameter::kAs + " coco,ids");
     }
 }
 

@@ -82,7 +82,7 @@ class ArraySceneReader {
             if (!(index >= 0 && index < static_cast<double>(primitive_.positions.size())))
                 fail("there is no vertex " +
                          std::to_string(static_cast<std::int64_t>(std::clamp(index, -9e18, 9e18))) +
-                         ", only " + std::to_string(primitive_.positions.size()),
+                         "; there are " + std::to_string(primitive_.positions.size()),
                      "faces");
             primitive_.indices[i] = static_cast<std::uint32_t>(index);
         }

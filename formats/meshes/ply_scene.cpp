@@ -151,7 +151,7 @@ class PlyReader {
         throw Error(
             ErrorKind::kInput,
             "the file has no element vertex; its elements are: " + (names.empty() ? "none" : names),
-            file_.name(), "rename the element");
+            file_.name(), "rename the element of the vertices to vertex");
     }
 
     /// Lists the textures in MeshLab's comments, and determines whether faces choose among them.
@@ -441,9 +441,9 @@ class PlyReader {
                 continue;
             }
             if (!(index >= 0 && index < vertices))
-                throw Error(ErrorKind::kInput, "vertex " + numberText(index) +
-                                                   " is out of range; there are " +
-                                                   std::to_string(mesh_.positions.size()));
+                throw Error(ErrorKind::kInput,
+                            "vertex " + numberText(index) + " is out of range; there are " +
+                                std::to_string(mesh_.positions.size()) + " vertices");
             face_.push_back(static_cast<std::uint32_t>(index));
         }
     }

@@ -77,7 +77,7 @@ bool PolygonCutter::turnsOneWay() const {
 void PolygonCutter::spend(std::uint64_t steps) {
     spent_ += steps;
     if (spent_ > kMostSteps)
-        throw Error(ErrorKind::kInput, "cutting its polygons into triangles takes too long", "",
+        throw Error(ErrorKind::kInput, "cutting the polygons into triangles takes too long", "",
                     "split polygons with thousands of corners first");
 }
 

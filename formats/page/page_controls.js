@@ -52,7 +52,7 @@ function start(data) {
     line.dataset.reading = 1 + Number(line.dataset.reading ?? 0);
     if (i < 0) {
       line.textContent = pointed ? "Nothing is shown here."
-        : "Point at the picture: depth, layer, pixel" + (view.objects ? ", object." : ".");
+        : "Point at the picture to read depth, layer" + (view.objects ? ", pixel and object." : " and pixel.");
       return;
     }
     const z = zOf(data.depths[i]), error = halfStep * (view.perspective ? z : 1);
@@ -183,12 +183,12 @@ slider.value = slider.max;
 canvas.setAttribute("aria-label", "The layers of " + view.title + ", seen from any side");
 for (const [value, { name }] of Object.entries(channels)) select.append(new Option(name, value));
 const oneDigit = n => Number(n.toPrecision(1)).toLocaleString("en", { maximumFractionDigits: 20 });
-element("precision").textContent = "Z is that of the nearest fragment under the pointer, in the capturing camera's space and the " +
-  "scene's units, within " + (view.perspective ? oneDigit(100 * halfStep) + " %" : oneDigit(halfStep)) + " of the file's " +
-  "(16 bits); pixels count from the upper left corner. Depth is from where you stand now. Normals are those of the drawn " +
-  "cells, not the shading's.";
+element("precision").textContent = "Z is the depth of the nearest fragment under the pointer, in the capturing camera's space and " +
+  "in scene units. It is stored in 16 bits, within " + (view.perspective ? oneDigit(100 * halfStep) + " %" : oneDigit(halfStep)) +
+  " of the file's Z. Pixels count from the upper left corner. The channel Depth shows the distance from the current view, " +
+  "and Normal the normals of the drawn cells, without shading normals.";
 element("legend").textContent = "A layered depth image: " + many(view.layerEnds.at(-1) ?? 0) + " fragments on " +
   view.layerEnds.length + " layers, captured by one camera at " + many(view.width) + " × " + many(view.height) +
-  " pixels. Every fragment is drawn as its pixel laid onto the surface it was seen on. What no ray of that camera hit is missing: " +
-  "move away and you see the gaps; take layers away and you see what the hidden ones are worth.";
+  " pixels. Every fragment is drawn as one pixel on its surface. Surfaces that no ray of that camera hit are missing: " +
+  "look around to see these gaps, and remove layers to see the surfaces behind them.";
 unpack().then(start).catch(error => fail("The layers cannot be shown: " + error.message));

@@ -18,7 +18,7 @@ const channels = {
     ramp: ["fcffa4", "f9cb35", "f98e09", "e45a31", "bc3754", "8a226a", "57106e", "210c4a"] },
   layer: { name: "Layer", low: "1", high: many(layers),
     ramp: ["fde725", "a0da39", "4ac16d", "1fa187", "277f8e", "365c8d", "46327e", "440154"] },
-  object: { name: "Object", low: many(Object.keys(view.objects ?? {}).length) + " objects, a colour each" },
+  object: { name: "Object", low: many(Object.keys(view.objects ?? {}).length) + " objects, one colour each" },
   normal: { name: "Normal", low: "red to the right, green up, blue towards you" },
 };
 if (!view.objects) delete channels.object;
@@ -223,7 +223,7 @@ function renderer({ count, rows, texels, opacities, objects }) {
   const cells = program(gl, cellShader, colorShader), encode = program(gl, coverShader, encodeShader);
   const ids = program(gl, cellShader, nearestShader);
 
-  if (rows > gl.getParameter(gl.MAX_TEXTURE_SIZE)) throw new Error("there are more fragments than fit a texture here");
+  if (rows > gl.getParameter(gl.MAX_TEXTURE_SIZE)) throw new Error("this device has no texture large enough for all fragments");
   canvas.addEventListener("webglcontextlost", () => fail("The graphics device was lost: reload the page."));
 
   // Creates an integer texture. It must not be filtered, or it would be incomplete.

@@ -178,7 +178,7 @@ void checkMapSettings(const RayMapSettings& settings) {
         if (a[i] && b[i]) {
             throw Error(ErrorKind::kUsage, "a node belongs to both parts",
                         "/nodes/" + std::to_string(i),
-                        "give " + Parameter::kParts + " other names");
+                        "give " + Parameter::kParts + " names that do not share nodes");
         }
     }
 }

@@ -38,8 +38,8 @@ constexpr std::pair<RayMap, const char*> kTitles[] = {
     {RayMap::kCount, "number of hits"},
     {RayMap::kThickness, "thickness"},
     {RayMap::kTransmission, "share of X-rays that pass"},
-    {RayMap::kParity, "surfaces hit an odd number of times"},
-    {RayMap::kOverlap, "length inside of both parts"},
+    {RayMap::kParity, "solids hit an odd number of times"},
+    {RayMap::kOverlap, "length inside both parts"},
 };
 
 bool isDistance(RayMap map) {

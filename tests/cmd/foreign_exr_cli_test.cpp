@@ -113,7 +113,8 @@ TEST_F(ForeignExr, RequiredFieldsOfTheHeaderAreKept) {
             EXPECT_EQ(Imf::owner(file.header(i)), "somebody") << command.front();
         }
     }
-    EXPECT_NE(run({"flatten", at("a.exr"), "-o", at("a.png")}).find("warning: Its pixels are not"),
+    EXPECT_NE(run({"flatten", at("a.exr"), "-o", at("a.png")})
+                  .find("warning: The pixels of the picture are not"),
               std::string::npos);
     EXPECT_EQ(runPeeler({"flatten", at("a.exr"), "-o", at("b.png"), "--strict"}).exit_code, 3);
     EXPECT_FALSE(fs::exists(at("b.png")));
@@ -132,7 +133,7 @@ TEST_F(ForeignExr, PartsAreWarnedOfAndChosen) {
         std::vector<std::string> arguments{"flatten", input, "-o", at("a.exr")};
         arguments.insert(arguments.end(), more.begin(), more.end());
         const std::string messages = run(arguments);
-        EXPECT_EQ(messages.find("warning: The part \"fx\" is not read; --part chooses another") ==
+        EXPECT_EQ(messages.find("warning: The part \"fx\" is not read; --part selects a part") ==
                       std::string::npos,
                   !more.empty())
             << messages;

@@ -250,7 +250,7 @@ TEST_F(ViewPage, TellsWhatIsShown) {
         EXPECT_NEAR(std::stod(text.substr(2)), valueAt(layer(1), "Z", x, y), 7e-5) << text;
     }
     EXPECT_EQ(told["middle"], told["48,32"]);
-    EXPECT_EQ(told["nowhere"], "Point at the picture: depth, layer, pixel, object.");
+    EXPECT_EQ(told["nowhere"], "Point at the picture to read depth, layer, pixel and object.");
 
     // The page shows a single layer.
     EXPECT_EQ(told["of all"], "3 of 3");

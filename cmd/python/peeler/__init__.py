@@ -7,13 +7,13 @@
         img = r.layers(scene, size=(1280, 720), channels=["normal", "id"])
         img.z, img.rgba, img.splits, img["normal"]  # CSR: pixel p has the fragments splits[p] up to splits[p + 1]
 
-The classes are Scene, Renderer, Image, Composite and Hits; check_scene, bake_scene, compare_images and merge_images
-work on their objects. The functions with the names of command-line verbs (bake, check, compare, convert, devices,
-extract, flatten, info, masks, merge, rays, render, sheet, verify, view) do the same as the verbs, from files to files.
-A worker, which is a process of the program `peeler`, does all the work. The first call starts it. The program is
-$PEELER, or the one that was built or installed with this module, or the one in the path.
-`await peeler.aio(r.layers, scene)` waits for a call without blocking an event loop. Lengths are in scene units, space
-is right-handed with +Y up, and colours are linear Rec. 709.
+Scene, Renderer, Image, Composite and Hits hold data; check_scene, bake_scene, compare_images and merge_images work on
+them. Functions named like the verbs of the command line (bake, check, compare, convert, devices, extract, flatten,
+info, masks, merge, rays, render, sheet, verify, view) run these verbs, from files to files.
+A worker, a process of the program `peeler`, does all the work. The first call starts it: $PEELER, the program that was
+built or installed with this module, or the one in the path. `await peeler.aio(r.layers, scene)` waits for a call
+without blocking an event loop. Lengths are in scene units, space is right-handed with +Y up, colours are linear
+Rec. 709.
 """
 
 from . import _options, _verbs

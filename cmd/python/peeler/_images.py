@@ -42,7 +42,7 @@ class _Picture:
 
     @property
     def display(self):
-        """(width, height) of the display window; the camera's axis goes through its middle"""
+        """(width, height) of the display window; the camera's axis goes through its centre"""
         return self._display
 
     @property
@@ -336,8 +336,8 @@ class Image(_Picture):
     def flatten(self, layers=None, tail="drop"):
         """flatten(layers=None, tail='drop')
 
-        The composite of all layers or of the nearest ones, in 32-bit float. The fragments behind the nearest layers are
-        left out or, with tail='blend', blended as a weighted average.
+        The composite of all layers, or of the nearest `layers`, front to back, in 32-bit floats. Fragments behind these
+        layers are left out, or blended as a weighted average with tail='blend'.
         """
         arguments = []
         if layers:
@@ -362,7 +362,7 @@ class Image(_Picture):
         if kind == ".ply" or (kind == ".npz" and "dense" not in given):
             for keyword in given:
                 if keyword not in ("no_clobber", "no_mkdir"):
-                    raise Error("usage", "arrays and points take no such option", keyword, "leave it out")
+                    raise Error("usage", "arrays and points do not have this option", keyword, "leave it out")
             self._save("extract", path, given, "--points" if kind == ".ply" else "--npz")
         elif kind in _DISPLAY or given.get("as_") == "composite":
             given.pop("as_", None)

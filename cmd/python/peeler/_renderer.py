@@ -68,14 +68,14 @@ class Renderer:
     """Renderer(*, device='auto', backend='auto', memory=None, require_gpu=False, threads=None)
 
     Renders any number of pictures of any number of scenes. All GL work happens in a separate process, a worker, which
-    keeps scenes and devices open between calls and leaves this process untouched. Use it in a `with` block, or close()
-    it. Calls from several threads wait for each other; two Renderers may render at the same time. Other Python threads
-    run during a call. Ctrl-C ends a render, and the Renderer stays usable. A process that gets the Renderer by fork or
-    pickle has its own worker.
+    keeps scenes and devices open between calls and leaves this process untouched. Use the Renderer in a `with` block, or
+    call close(). Calls from several threads wait for each other; two Renderers may render at the same time. Other
+    Python threads run meanwhile. Ctrl-C ends a render, and the Renderer stays usable. A forked process has a worker of
+    its own, and so has a process that unpickles the Renderer.
 
     device: 'auto', or a device as peeler.devices() lists it: 3, 'cuda:1', 'uuid:8932f937'
     memory: maximum number of bytes that a call may use: '2G', 512_000_000
-    threads: maximum number of threads of a call
+    threads: number of threads that a call may use
     """
 
     def __init__(self, **keywords):
@@ -184,8 +184,8 @@ class Renderer:
     def composite(self, scene, **keywords):
         """composite(scene, **keywords) -> Composite
 
-        The same picture as layers() and flatten(), without keeping the layers. method may also be an approximation
-        ('weighted-average', 'weighted-sum', 'unsorted').
+        The same picture as layers() followed by flatten(), but without storing layers. method takes 'dual' and so on, and also
+        approximations ('weighted-average', 'weighted-sum', 'unsorted').
 
         {camera}
         The other keywords are those of layers(), without channels, and tail ('drop', 'blend').
@@ -239,7 +239,7 @@ class Renderer:
     def voxels(self, scene, voxels, **keywords):
         """voxels(scene, voxels, *, bounds=None, ...) -> dict
 
-        The cells of a lattice that are inside, with `voxels` cells along its longest side: occupancy and votes (uint8,
+        The cells of a lattice that are inside; its longest side has `voxels` cells. The dict has occupancy and votes (uint8,
         (nx, ny, nz)), corner (3,), spacing, occupied, disputed, volume; scene units.
         """
         arguments, progress, names = self._trace("voxels", scene, keywords)
@@ -306,10 +306,10 @@ def bake_scene(scene, **keywords):
     """
     progress = keywords.pop("progress", None)
     if keywords.get("output") is not None:
-        raise Error("usage", "values are returned, not written", "output", "write files with peeler.bake()")
+        raise Error("usage", "bake_scene() returns values and writes no file", "output", "write files with peeler.bake()")
     for keyword in ("target", "size", "padding", "uv"):
         if keywords.get(keyword) is not None:
-            raise Error("usage", "only vertex values are returned", keyword, "write textures with peeler.bake()")
+            raise Error("usage", "bake_scene() returns vertex values only", keyword, "write textures with peeler.bake()")
     _options.check("bake_scene", keywords, ("output", "target", "size", "padding", "uv"))
     given = {k: v for k, v in keywords.items() if v is not None}
     arguments = [*scene._arguments("bake"), "--engine=cpu", "--target=vertices", *_options.arguments("bake", given)]

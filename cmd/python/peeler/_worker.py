@@ -72,8 +72,8 @@ class _Worker:
         try:
             hello = json.loads(next(self._lines, b"{}"))
             if hello.get("worker") != _PROTOCOL:
-                raise Error("usage", "the program peeler has another version than this module", program,
-                            "install both in one version, or set $PEELER to the right program")
+                raise Error("usage", "the program peeler and this module have different versions", program,
+                            "install the same version of both, or set $PEELER to the program of this version")
             self._reader = threading.Thread(target=self._read, name="peeler", daemon=True)
             self._reader.start()
         except BaseException:
@@ -171,7 +171,7 @@ class _Worker:
             code = None
         self.close()
         if code is None or code >= 0:
-            what = f"the worker has ended with exit code {code}"
+            what = "the worker no longer answers" if code is None else f"the worker ended with exit code {code}"
             return Error("internal", what, "", "the next call starts a new one")
         name = signal.strsignal(-code) if hasattr(signal, "strsignal") else ""
         return Error("internal", f"the worker was ended by signal {-code} ({name})", "",

@@ -93,9 +93,9 @@ TEST(BatchJobs, ThatAreWrongAreNamedByTheirLine) {
         {R"({"id": "", "verb": "render", )" + outputs + "}", "the id is empty"},
         {R"({"id": "a", "verb": "render", )" + outputs + "}\n" +
              R"({"id": "a", "verb": "render", "args": ["b.glb", "-o", "y.exr"]})",
-         "the id of line 3"},
+         "line 3 already has this id"},
         {R"({"verb": "render", )" + outputs + "}\n" + R"({"verb": "rays", )" + outputs + "}",
-         "an output of line 3"},
+         "line 3 already writes this output"},
     };
     for (const auto& row : cases) {
         const std::string good = R"({"verb": "render", "args": ["good.glb", "-o", "good.exr"]})";

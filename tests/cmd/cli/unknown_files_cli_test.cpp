@@ -27,7 +27,7 @@ class UnknownFiles : public testing::Test {
         EXPECT_EQ(result.exit_code, exit_code) << result.err;
         EXPECT_TRUE(contains(result.err, "cannot examine the path")) << result.err;
         EXPECT_TRUE(contains(result.err, (scratch_ / "loop").string())) << result.err;
-        EXPECT_TRUE(contains(result.err, "hint: the symbolic links on the way")) << result.err;
+        EXPECT_TRUE(contains(result.err, "hint: the symbolic links in the path")) << result.err;
     }
 
     ScratchDir scratch_;

@@ -163,6 +163,10 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         Refused{{"rendre"}, {"unknown verb: rendre", "did you mean 'render'?"}},
         refusedRender({"--metod", "x"}, {"unknown option: --metod", "did you mean '--method'?"}),
+        refusedRender({"--size"}, {"the option needs a value: --size", "see peeler render --help"}),
+        refusedRender({"--shadows=maybe"}, {"the option takes no value: --shadows=maybe"}),
+        refusedRender({"--tail", "bled"},
+                      {"unknown choice of tail 'bled'", "the choices of tail are: drop, blend"}),
         refusedRender({"extra.gltf"}, {"would have the same file name", "put {stem}"}),
         Refused{{"flatten", "a.exr", "b.exr", "-o", "OUT/a.png"},
                 {"unexpected argument: b.exr", "see peeler flatten --help"}},

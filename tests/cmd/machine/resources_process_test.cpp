@@ -191,7 +191,7 @@ TEST_P(FewThreads, AreNotFewerThanTheUserSays) {
     const CommandResult few = render(3, {}, {"LP_NUM_THREADS=4"});
     EXPECT_EQ(few.exit_code, 33) << few.err;
     EXPECT_TRUE(contains(few.err, "of the 4 threads of the software rasteriser")) << few.err;
-    EXPECT_TRUE(contains(few.err, "LP_NUM_THREADS to fewer")) << few.err;
+    EXPECT_TRUE(contains(few.err, "LP_NUM_THREADS to a smaller number")) << few.err;
 }
 
 INSTANTIATE_TEST_SUITE_P(Limited, FewThreads, testing::Values("ulimit -u", "pids.max"));

@@ -54,11 +54,11 @@ Names found(const std::string& text, const std::string& pattern) {
     return names;
 }
 
-/// Returns the options at the beginning of the lines of --help, such as "  -o,--output FILE   the
-/// file" and "  --legend,--no-legend{false}".
+/// Returns the options at the beginning of lines of --help, such as "  -o, --output FILE   the
+/// file" and "  --legend, --no-legend".
 Names optionsInHelp(const std::string& help) {
     Names names;
-    for (const std::string& listed : found(help, "^  (-[^ \n]+)")) {
+    for (const std::string& listed : found(help, "^  (-[^ \n]+(?:, -[^ \n]+)*)")) {
         for (const std::string& name : found(listed, "(-[-a-zA-Z]+)"))
             names.insert(name);
     }

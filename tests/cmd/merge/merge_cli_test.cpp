@@ -319,7 +319,7 @@ TEST_F(MergeCommand, TilesThatHaveChangedAreRefused) {
     const Outcome result = merge({a, b});
     EXPECT_EQ(result.exit_code, 3);
     EXPECT_TRUE(contains(result.err, b + ": composite")) << result.err;
-    EXPECT_TRUE(contains(result.err, "it has changed since it was written")) << result.err;
+    EXPECT_TRUE(contains(result.err, "the file has changed since peeler wrote it")) << result.err;
     EXPECT_FALSE(fs::exists(path("merged.exr")));
     std::ofstream(b, std::ios::binary) << good;
     EXPECT_EQ(merge({a, b}).exit_code, 0);

@@ -175,7 +175,7 @@ TEST_F(VerifyCommand, ALayerWithoutTheOneBefore) {
         p.at("Z", pixel[0], pixel[1]) = kInfinity;
     });
     expect(bad, 3,
-           "layer_002: fragment without one in the previous layer in 1 pixel, the first at " +
+           "layer_002: fragment, but none in the previous layer in 1 pixel, the first at " +
                at(pixel));
     EXPECT_NE(verify({bad}).out.find("the header says"), std::string::npos);
 }
@@ -245,8 +245,7 @@ TEST_F(VerifyCommand, FilesThatHaveChangedSinceTheyWereWritten) {
     changed.back() ^= 1;
     writeText(path("changed.exr"), changed);
     expect(path("changed.exr"), 3,
-           "it has changed since it was written, or another program wrote it again: " +
-               path("changed.exr") + ": layer_001");
+           "the file has changed since peeler wrote it: " + path("changed.exr") + ": layer_001");
 }
 
 TEST_F(VerifyCommand, CamerasThatContradictThemselves) {
@@ -366,7 +365,7 @@ TEST_F(VerifyCommand, FilesOfOthersAreReadToTheirEnd) {
     // uncompressed).
     bytes[bytes.size() - 8] = 99;
     writeText(path("damaged.exr"), bytes);
-    expect(path("damaged.exr"), 3, "OpenEXR cannot read it");
+    expect(path("damaged.exr"), 3, "OpenEXR cannot read the file");
 }
 
 }  // namespace

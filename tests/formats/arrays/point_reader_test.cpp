@@ -234,7 +234,7 @@ TEST(NpzPoints, RowsOfRaysWithoutPositionsAreNone) {
         writer.finish();
         return bytesOf(path);
     };
-    expectRefused(write("normals"), "without the array positions", "f");
+    expectRefused(write("normals"), "but no array positions", "f");
     write("positions");
     EXPECT_EQ(readPoints(path), (std::vector<glm::dvec3>{{0, 0, 1}}));
 }

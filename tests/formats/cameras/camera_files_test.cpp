@@ -147,7 +147,7 @@ numpy.savez(folder + 'nan', w2c=w2c)
     EXPECT_EQ(read, 8);
     EXPECT_EQ(readCameras(scratch / "many.npy", {Convention::kOpencv, {}}).size(), 5U);
 
-    expectRefusedCameras(scratch / "few.npz", "there are 2 of them, but 3 poses", "few.npz, K.npy");
+    expectRefusedCameras(scratch / "few.npz", "2 entries, but there are 3 poses", "few.npz, K.npy");
     expectRefusedCameras(scratch / "none.npz", "the file has no array of poses", "none.npz");
     for (const char* name : {"text.npz", "pickle.npz"})
         expectRefusedCameras(scratch / name, "an array of numbers", "poses.npy",

@@ -220,7 +220,7 @@ TEST(CameraRefusals, Lines) {
         {place, "\"eye\": [0, 0, 1], \"target\": [0, 0, 1]", "at the target", ":2, /target"},
         {place, "\"eye\": [0, 0, 1], \"target\": [0, 0, 0], \"up\": [0, 0, 1]", "parallel",
          ":2, /up"},
-        {place, place + ", \"up\": [0, 1, 0]", "only a camera with an eye", ":2, /up"},
+        {place, place + ", \"up\": [0, 1, 0]", "\"up\" needs \"eye\"", ":2, /up"},
         {place, place + ", \"eye\": [0, 1, 0]", "cameraToWorld and eye", ":2"},
         {", " + place, "", "place is missing", ":2"},
         {"[0,0,1,1]", "[0,0,2,1]", "rotation and a translation", ":2, /cameraToWorld"},

@@ -126,7 +126,8 @@ TEST(ExrIntegrity, TellsWhichPartHasChanged) {
     bytes[bytes.size() - 1] ^= 4;
     std::ofstream(path, std::ios::binary) << bytes;
     EXPECT_EQ(exrIntegrity(path).where, path + ": layer_001");
-    EXPECT_TRUE(contains(exrIntegrity(path).problem(), "it has changed since it was written"));
+    EXPECT_TRUE(
+        contains(exrIntegrity(path).problem(), "the file has changed since peeler wrote it"));
     EXPECT_THROW(requireUnchanged(path), Error);
 
     const std::string set = write(kOtherFiles[1], scratch / "set.exr");

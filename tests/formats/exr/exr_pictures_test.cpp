@@ -274,13 +274,13 @@ TEST_F(ExrPictures, PartsAndViewsAreChosen) {
     other.part = "c";
     EXPECT_EQ(readFlat({a, b}).colorAt(0, 0)[0], 0.5F);
     EXPECT_EQ(readFlat({a, b}).warnings,
-              (std::vector<Text>{"The part \"b\" is not read; `part` chooses another one."}));
+              (std::vector<Text>{"The part \"b\" is not read; `part` selects a part."}));
     const ReadPicture chosen = readFlat({a, b}, {}, part);
     EXPECT_EQ(chosen.colorAt(0, 0)[0], 0.25F);
     EXPECT_TRUE(chosen.warnings.empty());
     EXPECT_EQ(readFlat({a, b}, views, view).colorAt(0, 0)[0], 0.25F);
     EXPECT_EQ(readFlat({a, b}, views).warnings,
-              (std::vector<Text>{"The view \"right\" is not read; `view` chooses it."}));
+              (std::vector<Text>{"The view \"right\" is not read; `view` selects it."}));
     for (const LayeredReadOptions& wrong : {other, view}) {
         try {
             readFlat({a, b}, {}, wrong);

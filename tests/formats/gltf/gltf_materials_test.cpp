@@ -218,8 +218,8 @@ TEST(GltfTextures, OfFormatsThatAreNotDecodedNeedAFallback) {
         options.ignored_extensions = {name};
         const Scene without = load(builder, options);
         EXPECT_FALSE(without.materials[0].emissive_texture);
-        EXPECT_TRUE(warned(without, "it only has an image of " + name));
-        // Without the texture, the file is accepted.
+        EXPECT_TRUE(warned(without, "its only image needs " + name));
+        // If the texture is not used, the file is accepted.
         builder.gltf["materials"][0].erase("emissiveTexture");
         EXPECT_NO_THROW(load(builder));
     }

@@ -413,8 +413,7 @@ TEST(HuffmanTable, TakesRunsOfLengths) {
         header.put(5, 14);
         header.put(stored, 5);
         BitReader damaged(header.bytes(), 0);
-        EXPECT_TRUE(
-            contains(problemOf([&] { HuffmanTable::read(damaged); }), "lengths of lengths"));
+        EXPECT_TRUE(contains(problemOf([&] { HuffmanTable::read(damaged); }), "code length codes"));
     }
 }
 
