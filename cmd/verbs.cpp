@@ -76,6 +76,12 @@ std::span<const Verb> verbs() {
          "peeler merge tile.1.exr -o part.exr --allow-gaps",
          "output elements allow-gaps as layout compression background",
          withSequences<declareMerge>},
+        {"holdout", kToUseFiles,
+         "Hold a file out by another one, by a scene, or by its own objects",
+         "peeler holdout smoke.exr --by character.exr -o held.exr\n"
+         "peeler holdout smoke.exr --by character.glb -o held.png\n"
+         "peeler holdout all.exr --include character -o held.exr",
+         "output by include exclude same-depth as background part", withSequences<declareHoldout>},
         {"convert", kToUseFiles, "Convert between layered and deep files, losslessly",
          "peeler convert deep.exr -o layers.exr --as ldi\n"
          "peeler convert layers.exr -o deep.exr --as deep\n"

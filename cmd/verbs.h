@@ -14,6 +14,7 @@ VerbAction declareBake(VerbOptions& verb);
 VerbAction declareFlatten(VerbOptions& verb);
 VerbAction declareExtract(VerbOptions& verb);
 VerbAction declareMerge(VerbOptions& verb);
+VerbAction declareHoldout(VerbOptions& verb);
 VerbAction declareConvert(VerbOptions& verb);
 VerbAction declareView(VerbOptions& verb);
 VerbAction declareSheet(VerbOptions& verb);

@@ -10,59 +10,15 @@
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/parse.h"
 #include "cmd/options/differences.h"
-#include "cmd/options/layered_bands.h"
+#include "cmd/options/filtered_input.h"
 #include "cmd/options/layered_options.h"
 #include "cmd/options/scene_options.h"
-#include "core/image/layers.h"
 #include "formats/file/content_hash.h"
 #include "formats/file/json_text.h"
 
 namespace peeler::cmd {
 
 namespace {
-
-/// A layered file restricted to the fragments of chosen objects.
-class ChosenObjects final : public LayeredInput {
-  public:
-    ChosenObjects(std::unique_ptr<LayeredInput> input, ObjectSelection selection)
-        : input_(std::move(input)), selection_(std::move(selection)), info_(input_->info()) {
-        DepthComplexity complexity(info_.plan.view.crop);
-        forEachBand(*this, kBandBytes, [&](const LayeredImage& band) { complexity.addBand(band); });
-        Plan& plan = info_.plan;
-        // Fragments missing from the file may belong to any object, so assume that they belong to
-        // the chosen ones.
-        const std::uint64_t lacking =
-            std::max(plan.fragments_counted, plan.fragments_stored) - plan.fragments_stored;
-        plan.layers = complexity.layers();
-        plan.fragments_stored = complexity.counted();
-        plan.fragments_counted = plan.fragments_stored + lacking;
-        info_.composite = -1;
-        info_.has_cryptomatte = false;
-    }
-
-    const ExrInfo& info() const override { return info_; }
-    ExrInfo& info() { return info_; }
-
-    void read(const Window& window, LayeredImage& out) override {
-        input_->read(window, out);
-        keepObjects(out, selection_);
-    }
-    void readComposite(const Window&, CompositeImage&) override {
-        throw Error(ErrorKind::kInput, "objects cannot be chosen in a composite", "",
-                    "give a file with layers");
-    }
-    int rowsFor(std::uint64_t bytes) const override { return input_->rowsFor(bytes); }
-    BandRead mostOf(int rows) const override {
-        BandRead most = input_->mostOf(rows);
-        most.counted = false;
-        return most;
-    }
-
-  private:
-    std::unique_ptr<LayeredInput> input_;
-    ObjectSelection selection_;
-    ExrInfo info_;
-};
 
 /// A kind of id: its channel, the names of the ids, and nouns for messages.
 struct IdKind {
@@ -169,12 +125,8 @@ void addObjectOptions(VerbOptions& verb, ObjectOptions& options) {
         "keep only fragments of materials with a matching name or id");
 }
 
-std::unique_ptr<LayeredInput> openChosen(const std::string& path, const LayeredReadOptions& reading,
-                                         const ObjectOptions& options, Reporter& reporter) {
-    std::unique_ptr<LayeredInput> input = openInput(path, reading, reporter);
-    const ExrInfo& info = input->info();
-    // An empty picture has no objects to choose.
-    if (!options.any() || info.plan.layers.empty()) return input;
+ObjectSelection selectionOf(const ObjectOptions& options, const ExrInfo& info,
+                            const std::string& path) {
     const IdNames& names = info.provenance.ids;
     const IdKind objects{"id.object", names.objects, "object", "objects"};
     const IdKind materials{"id.material", names.materials, "material", "materials"};
@@ -197,25 +149,37 @@ std::unique_ptr<LayeredInput> openChosen(const std::string& path, const LayeredR
         checkChannel(info, materials.channel, "--material", path);
         selection.materials = {idsLike(options.materials, materials, "--material", path), false};
     }
+    return selection;
+}
 
-    auto chosen = std::make_unique<ChosenObjects>(std::move(input), std::move(selection));
-    ExrInfo& chosen_info = chosen->info();
-    // The hash is for a single render; the result is a part of it.
-    chosen_info.parts.front().attributes.erase("peeler:outputHash");
-    Provenance& provenance = chosen_info.provenance;
+void recordSetting(const std::string& key, const nlohmann::json& value, Provenance& provenance) {
     nlohmann::json settings = settingsJson(provenance);
-    const nlohmann::json selected = {{"include", options.include},
-                                     {"exclude", options.exclude},
-                                     {"material", options.materials}};
     if (settings.is_null()) {
-        provenance.settings_hash = hashText(provenance.settings_hash + dumpJson(selected));
-    } else {
-        nlohmann::json& all = settings["selected"];
-        if (!all.is_array()) all = nlohmann::json::array();  // damaged files may have any type here
-        all.push_back(selected);
-        provenance.settings = dumpJson(settings);
-        provenance.settings_hash = hashText(provenance.settings);
+        provenance.settings_hash = hashText(provenance.settings_hash + dumpJson(value));
+        return;
     }
+    nlohmann::json& all = settings[key];
+    if (!all.is_array()) all = nlohmann::json::array();  // damaged files may have any type here
+    all.push_back(value);
+    provenance.settings = dumpJson(settings);
+    provenance.settings_hash = hashText(provenance.settings);
+}
+
+nlohmann::json toJson(const ObjectOptions& options) {
+    return {{"include", options.include},
+            {"exclude", options.exclude},
+            {"material", options.materials}};
+}
+
+std::unique_ptr<LayeredInput> openChosen(const std::string& path, const LayeredReadOptions& reading,
+                                         const ObjectOptions& options, Reporter& reporter) {
+    std::unique_ptr<LayeredInput> input = openInput(path, reading, reporter);
+    // An empty picture has no objects to choose.
+    if (!options.any() || input->info().plan.layers.empty()) return input;
+    const ObjectSelection selection = selectionOf(options, input->info(), path);
+    auto chosen = std::make_unique<FilteredInput>(
+        std::move(input), [selection](LayeredImage& band) { keepObjects(band, selection); });
+    recordSetting("selected", toJson(options), chosen->provenance());
     return chosen;
 }
 

@@ -3,10 +3,12 @@
 #pragma once
 
 #include <memory>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
 #include "cmd/session/reporter.h"
+#include "core/image/layers.h"
 #include "formats/exr/layered_input.h"
 
 namespace peeler::cmd {
@@ -23,6 +25,14 @@ struct ObjectOptions {
 
 /// Declares --include, --exclude and --material. `options` must outlive the parse.
 void addObjectOptions(VerbOptions& verb, ObjectOptions& options);
+
+/// Returns the selection among the ids of a file. Throws like openChosen().
+ObjectSelection selectionOf(const ObjectOptions& options, const ExrInfo& info,
+                            const std::string& path);
+nlohmann::json toJson(const ObjectOptions& options);
+
+/// Appends `value` to the list `key` of Provenance::settings, and updates their hash.
+void recordSetting(const std::string& key, const nlohmann::json& value, Provenance& provenance);
 
 /// Returns the file restricted to fragments of the chosen objects, as if nothing else had been
 /// rendered. Keeps the objects that match `include` (all if `include` is empty) and do not match

@@ -146,17 +146,27 @@ void keepLayers(LayeredImage& image, const LayerSelection& selection) {
     keepFragments(image, [&](std::uint32_t layer, std::size_t) { return selection.holds(layer); });
 }
 
-void keepObjects(LayeredImage& image, const ObjectSelection& selection) {
-    if (selection.objects.all() && selection.materials.all()) return;
+std::vector<char> markObjects(const LayeredImage& image, const ObjectSelection& selection) {
     const FragmentChannel objects = findIds(image, "id.object");
     const FragmentChannel materials = findIds(image, "id.material");
     const auto idOf = [](const FragmentChannel& ids, std::size_t fragment) {
         return ids ? ids.id(fragment) : 0;
     };
-    keepFragments(image, [&](std::uint32_t, std::size_t fragment) {
-        return selection.objects.holds(idOf(objects, fragment)) &&
-               selection.materials.holds(idOf(materials, fragment));
-    });
+    std::vector<char> marked(image.fragments());
+    for (std::size_t i = 0; i < marked.size(); ++i)
+        marked[i] = selection.objects.holds(idOf(objects, i)) &&
+                    selection.materials.holds(idOf(materials, i));
+    return marked;
+}
+
+void keepMarked(LayeredImage& image, const std::vector<char>& marked) {
+    keepFragments(image,
+                  [&](std::uint32_t, std::size_t fragment) { return marked[fragment] != 0; });
+}
+
+void keepObjects(LayeredImage& image, const ObjectSelection& selection) {
+    if (selection.objects.all() && selection.materials.all()) return;
+    keepMarked(image, markObjects(image, selection));
 }
 
 void singleLayer(const LayeredImage& image, std::uint32_t layer, LayeredImage& out) {

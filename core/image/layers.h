@@ -78,8 +78,13 @@ struct ObjectSelection {
     IdSet objects{}, materials{};
 };
 
-/// Removes unselected fragments in the same way as keepLayers(). If a channel is missing, its ids
-/// are 0.
+/// Returns a mark for each fragment: 1 if it is selected. If a channel is missing, its ids are 0.
+std::vector<char> markObjects(const LayeredImage& image, const ObjectSelection& selection);
+
+/// Removes the fragments with mark 0 in the same way as keepLayers().
+void keepMarked(LayeredImage& image, const std::vector<char>& marked);
+
+/// Removes unselected fragments in the same way.
 void keepObjects(LayeredImage& image, const ObjectSelection& selection);
 
 /// Extracts one layer as an image with at most one fragment per pixel. Overwrites `out` and reuses

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+// peeler holdout: a layered file as far as a matte in front of it lets it show, band by band.
+#include "core/image/holdout.h"
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include <peeler/error.h>
+#include <nlohmann/json.hpp>
+#include "cmd/cli/arguments.h"
+#include "cmd/holdout/matte.h"
+#include "cmd/options/filtered_input.h"
+#include "cmd/options/layered_options.h"
+#include "cmd/options/layered_run.h"
+#include "cmd/options/object_options.h"
+#include "cmd/options/output_options.h"
+#include "cmd/session/session.h"
+#include "cmd/verbs.h"
+#include "formats/writers.h"
+
+namespace peeler::cmd {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct HoldoutOptions : LayeredRunOptions {
+    fs::path input;
+    std::optional<fs::path> by;
+    ObjectOptions objects;
+    SameDepth same_depth = SameDepth::kBehind;
+    CaptureJobOptions matte;  ///< for a scene
+};
+
+constexpr Choice<SameDepth> kSameDepths[] = {
+    {"behind", SameDepth::kBehind, "the matte is behind, and hides nothing"},
+    {"in-front", SameDepth::kInFront,
+     "the matte is in front; for one of two elements that hold each other out"},
+};
+
+void checkHoldout(const HoldoutOptions& options) {
+    if (!options.by && !options.objects.any())
+        throw Error(ErrorKind::kUsage, "there is nothing to hold the picture out by", "--by",
+                    "give a layered file or a scene; or the objects to keep, with --include, which "
+                    "the others of the file hold out");
+}
+
+/// Returns the filter that holds out the bands of a picture.
+FilteredInput::Filter filterOf(const HoldoutOptions& options, const ExrInfo& picture,
+                               Session& session) {
+    if (!options.by) {
+        const ObjectSelection selection =
+            selectionOf(options.objects, picture, options.input.string());
+        return [selection](LayeredImage& band) { holdOutSelected(band, selection); };
+    }
+    CaptureJobOptions matte = options.matte;
+    matte.scene.file = *options.by;
+    matte.scene.reading.strict = options.reading.strict;
+    const auto by = std::make_shared<Matte>(matte, picture, options.reading, session);
+    return [by, at = options.same_depth](LayeredImage& band) {
+        holdOut(band, by->read(band.window), at);
+    };
+}
+
+bool isVolume(const ExrInfo& picture) {
+    for (const std::size_t part : picture.deep)
+        for (const ExrInputChannel& channel : picture.parts[part].channels)
+            if (channel.name == "ZBack") return true;
+    return false;
+}
+
+std::unique_ptr<LayeredInput> openHeldOut(const HoldoutOptions& options,
+                                          const LayeredReadOptions& reading, Session& session) {
+    const std::string path = options.input.string();
+    Reporter& reporter = session.reporter();
+    auto input = options.by ? openChosen(path, reading, options.objects, reporter)
+                            : openInput(path, reading, reporter);
+    if (isVolume(input->info()))
+        reporter.warning("Samples with ZBack are held out as points at their Z.");
+    FilteredInput::Filter filter = filterOf(options, input->info(), session);
+    auto held_out = std::make_unique<FilteredInput>(std::move(input), std::move(filter));
+    nlohmann::json by = toJson(options.objects);
+    if (options.by)
+        by = {{"by", options.by->filename().string()},
+              {"inFront", options.same_depth == SameDepth::kInFront}};
+    recordSetting("heldOut", by, held_out->provenance());
+    return held_out;
+}
+
+void holdout(const HoldoutOptions& options, Session& session) {
+    std::vector<fs::path> inputs{options.input};
+    if (options.by) inputs.push_back(*options.by);
+    LayeredRun run(options, inputs, session.reporter());
+    checkHoldout(options);
+    run.checkFiles();
+    const auto input = run.open(
+        [&](const LayeredReadOptions& reading) { return openHeldOut(options, reading, session); });
+    const ExrInfo& info = input->info();
+    run.plan = info.plan;
+    std::string& as = run.output.options.as;
+    const std::string path = run.output.path.string();
+    if (as.empty() && !info.deep.empty() &&
+        findOutputFormat(path, "").holds(OutputContent::kLayers))
+        as = "deep";
+    checkFormat(run.output);
+    const OutputOptions output = run.outputOptions(info.provenance);
+    const auto sink = makeSink(path, output);
+    run.write(*sink, [&] {
+        run.forEachBand("holdout", *input, 0,
+                        [&](LayeredImage& band) { sink->write(std::move(band)); });
+    });
+    run.report(output, info.provenance);
+}
+
+}  // namespace
+
+VerbAction declareHoldout(VerbOptions& verb) {
+    const auto options = std::make_shared<HoldoutOptions>();
+    addFile(verb, "IN", "", options->input, "a layered or deep image (.exr, .safetensors)")
+        .files(".exr .safetensors")
+        .required();
+    constexpr const char* kGroup = "Matte";
+    addFile(verb, "--by", "MATTE", options->by,
+            "a layered or deep image that holds IN out, or a scene, which is rendered with the "
+            "camera and at the time of IN (default: the objects of IN that are not kept)")
+        .files(".exr " + sceneExtensions())
+        .group(kGroup);
+    addChoice<SameDepth>(verb, "--same-depth", options->same_depth, kSameDepths,
+                         "place of the matte", "fragments of the matte at exactly the same depth:")
+        .group(kGroup);
+    addLayeredOptions(verb, options->reading);
+    addOutputOptions(verb, options->output);
+    addLayerOutputOptions(verb, options->output);
+    addObjectOptions(verb, options->objects);
+    addMachineOptions(verb, options->matte.device, options->threads, options->matte.capture,
+                      "a scene is rendered in bands that fit");
+    addReportOptions(verb, options->report);
+    verb.footer(
+        "Every fragment is weakened by the matte in front of it, also where the matte is\n"
+        "partly transparent. Composites of elements that hold each other out add up to the\n"
+        "composite of all: hold a out by b, and b by a with --same-depth in-front.");
+    return [options](Session& session) {
+        options->matte.threads = options->threads;
+        options->matte.report = options->report;
+        holdout(*options, session);
+        return 0;
+    };
+}
+
+}  // namespace peeler::cmd
