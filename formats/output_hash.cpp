@@ -63,12 +63,12 @@ struct HashedKind {
 };
 constexpr HashedKind kKinds[] = {
     {".exr", ofExr},    {".html", ofPage},          {".htm", ofPage},
-    {".npz", ofArrays}, {".safetensors", ofArrays}, {"", ofImage}};  // "": any other extension
+    {".npz", ofArrays}, {".safetensors", ofArrays}, {"", ofImage}};  // "": every other extension
 
 }  // namespace
 
 std::string denseText(const DenseSettings& dense) {
-    // JSON has no infinities.
+    // JSON has no infinities and no NaN.
     const std::string fill = dense.repeat_last           ? "last"
                              : std::isfinite(dense.fill) ? dumpJson(nlohmann::json(dense.fill))
                              : std::isnan(dense.fill)    ? "nan"
@@ -108,7 +108,7 @@ std::string outputHash(const View& view, const std::string& path, const OutputOp
 std::string outputHashFrom(const ExrInfo& input, const View& view, const std::string& path,
                            const OutputOptions& output) {
     if (!input.attributes().contains("peeler:outputHash")) return "";
-    if (output.composited) return "";  // a composite's layers are unknown
+    if (output.composited) return "";  // the layers of a composite are unknown
     // With several samples per pixel, a render composites the original samples, but a composite of
     // stored fragments uses merged and rounded values. The results differ, so the file gets no
     // hash.

@@ -24,7 +24,7 @@ enum class OutputContent : std::uint8_t {
     kLayers,
     kSamples,    ///< the fragments as deep samples, which may be merged
     kLists,      ///< the fragments as per-pixel lists, as in memory
-    kComposite,  ///< the layers composited, over a background
+    kComposite,  ///< the layers composited over a background
     /// A midpoint shadow map; needs all OPAQUE and MASK surfaces, with both faces of each.
     kShadowMap,
     kPage,    ///< a web page that shows the layers over a background
@@ -38,12 +38,12 @@ enum class OutputContent : std::uint8_t {
 
 /// An output format.
 struct OutputFormat {
-    std::vector<std::string_view> extensions{};  ///< lower case, with the dot
-    std::string_view kind;                       ///< OutputOptions::as
+    std::vector<std::string_view> extensions{};  ///< extensions in lower case, with the dot
+    std::string_view kind;                       ///< kind in OutputOptions::as
     std::string_view summary;
     std::unique_ptr<Sink> (*make)(const std::string& path, const OutputOptions& options);
     OutputContent content = OutputContent::kComposite;
-    bool channels = false;  ///< may hold channels besides colour and Z
+    bool channels = false;  ///< whether the file may hold channels besides colour and Z
     /// For viewing rather than further processing: display-encoded, with exposure and tone map.
     bool for_display = false;
     /// Returns the channels that the format needs even if they are not requested.

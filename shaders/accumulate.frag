@@ -7,7 +7,7 @@
 layout(binding = PEELER_PREVIOUS_DEPTH_UNIT) uniform sampler2D previous_depth;
 layout(binding = PEELER_PREVIOUS_PRIMITIVE_UNIT) uniform usampler2D previous_primitive;
 #else
-layout(std430, binding = PEELER_DEPTHS) buffer Depths { uint depth_bits[]; };  // positive floats sort like their bits
+layout(std430, binding = PEELER_DEPTHS) buffer Depths { uint depth_bits[]; };  // bits of positive floats sort like the floats
 #endif
 
 layout(location = 0) out vec4 sum;  // sum of premultiplied colours

@@ -4,7 +4,7 @@
 #include "normal.glsl"
 #include "stored_fragments.glsl"
 
-layout(location = 0) uniform ivec4 argument;  // x: floats per fragment
+layout(location = 0) uniform ivec4 argument;  // x: number of floats per fragment
 
 layout(std430, binding = PEELER_LIST_HEADS) readonly buffer ListHeads { uint list_heads[]; };  // end of each pixel's list
 layout(std430, binding = PEELER_CHANNELS) writeonly buffer Channels { float channels[]; };

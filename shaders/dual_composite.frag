@@ -66,7 +66,7 @@ void main() {
     }
     uint stamp = uint(pass.x);
     if (atomicExchange(stamps[2u * pixel + (is_front ? 0u : 1u)], stamp) == stamp)
-        atomicOr(list_heads[pixel], 0x80000000u);  // several fragments have this depth
+        atomicOr(list_heads[pixel], 0x80000000u);  // marks that several fragments have this depth
     else
         atomicAdd(list_heads[pixel], 1u);
     if (index == 0u) depths[pixel] = key.depth;

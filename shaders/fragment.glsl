@@ -24,7 +24,7 @@ bool precedes(Key a, Key b) {
     return a.depth > b.depth || (a.depth == b.depth && a.primitive < b.primitive);
 }
 
-#ifdef GEOMETRY  // not in full-screen passes
+#ifdef GEOMETRY  // defined except in full-screen passes
 layout(location = PEELER_FIRST_KEY) flat in uint first_key;
 
 Key fragmentKey() { return Key(gl_FragCoord.z, first_key + uint(gl_PrimitiveID)); }
@@ -67,7 +67,7 @@ bool insideHalfSpaces(float depth) {
     precise vec4 h = frame.view_from_ndc * vec4(at, depth, 1.0);
     for (int i = 0; i < frame.clip.x; ++i) {
         vec4 plane = frame.half_spaces[i];
-        precise float distance = dot(plane.xyz, h.xyz) - plane.w * h.w;  // scaled by w, which is positive
+        precise float distance = dot(plane.xyz, h.xyz) - plane.w * h.w;  // the distance times h.w, which is positive
         if (distance < 0.0) return false;
     }
     return true;

@@ -14,7 +14,7 @@ layout(location = PEELER_CLIP_DEPTH) noperspective in float clip_depth;
 
 void main() {
 #ifdef SLOPES
-    vec2 slopes = vec2(dFdx(clip_depth), dFdy(clip_depth));  // change of depth per pixel; y up
+    vec2 slopes = vec2(dFdx(clip_depth), dFdy(clip_depth));  // change of depth per pixel to the right and upwards
 #endif
 #ifdef ALPHA_TEST
     if (!passesAlphaTest(baseColor(surfaceGradients()).a)) discard;

@@ -23,7 +23,7 @@ using glm::vec4;
 // Varyings. Locations are explicit, since drivers may assign different ones in separately compiled stages.
 #define PEELER_FIRST_KEY 0
 #define PEELER_CLIP_DEPTH 1
-#define PEELER_SURFACE 2          // a block of five
+#define PEELER_SURFACE 2          // a block of five varyings
 #define PEELER_WORLD_FROM_VIEW 7  // a matrix of three columns
 #define PEELER_MATERIAL_COLOR 10
 #define PEELER_MATERIAL_EMISSIVE 11
@@ -36,24 +36,24 @@ using glm::vec4;
 #define PEELER_MATERIAL_BLOCK 2
 
 // Storage blocks of a band.
-#define PEELER_LIST_HEADS 0       // a uint per pixel: entry of its next fragment; in the count pass, its fragment count
-#define PEELER_FRAGMENTS 1   // layout: stored_fragments.glsl
-// For a composite, instead of fragments; per pixel:
-#define PEELER_DEPTHS 1      // float, buffer depth (reversed Z) of the nearest fragment
+#define PEELER_LIST_HEADS 0       // uint per pixel: entry of the pixel's next fragment; in the count pass, its fragment count
+#define PEELER_FRAGMENTS 1   // layout: see stored_fragments.glsl
+// Blocks of a composite, which replace PEELER_FRAGMENTS. Per pixel:
+#define PEELER_DEPTHS 1      // float: buffer depth (reversed Z) of the nearest fragment
 #define PEELER_STAMPS 2      // two uints: the last passes that composited a front and a back fragment
-#define PEELER_COLORS 3      // four floats, or eight with TINTED
-#define PEELER_COUNTS 4      // uint: its number of fragments, from the count pass
+#define PEELER_COLORS 3      // four floats (eight with TINTED): colour
+#define PEELER_COUNTS 4      // uint: number of fragments, from the count pass
 // The boundary of a clip mesh: pixel p has the depths [clip_first[p], clip_first[p + 1]).
 #define PEELER_CLIP_FIRST 5
-#define PEELER_CLIP_DEPTHS 6  // float, buffer depth; the sign bit is set on back faces
-#define PEELER_LIGHTS 7      // LightCount, then one LightRecord per light
+#define PEELER_CLIP_DEPTHS 6  // float: buffer depth; the sign bit is set on back faces
+#define PEELER_LIGHTS 7      // a LightCount, then a LightRecord for each light
 #define PEELER_INSTANCES 8   // Placements of all draws with several instances
-#define PEELER_CHANNELS 9    // floats per fragment, from channels.frag
+#define PEELER_CHANNELS 9    // channel values of each fragment (floats), from channels.frag
 
 // Texture units. GL guarantees 16 per shader, and a material may use 17 in addition to those of lights and peeling. So
 // a program declares only the samplers that its variant reads, and GpuScene counts a material's textures.
 #define PEELER_BASE_COLOR_UNIT 0
-#define PEELER_METALLIC_ROUGHNESS_UNIT 1  // or specular and glossiness
+#define PEELER_METALLIC_ROUGHNESS_UNIT 1  // or the texture of specular and glossiness
 #define PEELER_NORMAL_UNIT 2
 #define PEELER_OCCLUSION_UNIT 3
 #define PEELER_EMISSIVE_UNIT 4
@@ -81,7 +81,7 @@ using glm::vec4;
 #define PEELER_IRRADIANCE_UNIT 24
 #define PEELER_ALBEDO_UNIT 25
 #define PEELER_LOBE_UNIT 26
-// Units for resolving a composite, when no geometry is drawn:
+// Units of full-screen passes over composites, which draw no geometry:
 #define PEELER_FRONT_UNIT 17
 #define PEELER_BACK_UNIT 18
 #define PEELER_TAIL_SUM_UNIT 19
@@ -116,7 +116,7 @@ struct FrameRecord {
     uvec4 limits;          // x: number of nearest layers that a composite orders; w: 0, but not a constant to compilers
     mat4 view_from_ndc;    // from NDC of the tile to homogeneous view space
     ivec4 clip;            // x: number of half-spaces; y: 1 = keep the inside; z: 1 = a clip mesh exists
-    vec4 half_spaces[PEELER_MAX_HALF_SPACES];  // view space: dot(xyz, p) >= w is inside
+    vec4 half_spaces[PEELER_MAX_HALF_SPACES];  // view space; a point p is inside if dot(xyz, p) >= w
 };
 
 /// The transforms of one instance of a primitive.
@@ -136,14 +136,14 @@ struct DrawRecord {
 struct MaterialRecord {
     vec4 base_color;
     vec4 emissive;                // w: alpha cutoff
-    vec4 factors;                 // metallic, roughness, normal scale, occlusion strength
+    vec4 factors;                 // metallic and roughness factors, normal scale, occlusion strength
     vec4 specular;       // rgb and a: colour and factor of KHR_materials_specular; or specular, glossiness
     vec4 clearcoat;      // factor, roughness, normal scale
-    vec4 sheen;          // rgb, a: roughness
+    vec4 sheen;          // rgb: colour; a: roughness
     vec4 anisotropy;     // strength, cosine and sine of the rotation
     vec4 iridescence;    // factor, index of refraction, minimum and maximum thickness (nm)
     vec4 transmission;   // factor, thickness, 1 / attenuation distance; w: F0 of a dielectric
-    vec4 attenuation;    // rgb
+    vec4 attenuation;    // rgb: attenuation colour
     vec4 texture_transform[2 * PEELER_MATERIAL_UNITS];  // two rows of a 3x3 matrix
     uvec4 flags;         // x: the bits above; y, z (a bit per unit): textures with a transform, with the second UV set
 };
@@ -154,7 +154,7 @@ struct LightCount {
 
 /// One light (std430), in view space.
 struct LightRecord {
-    vec4 position;  // w = 1; for a directional light, the unit vector toward the light, w = 0
+    vec4 position;  // position, w = 1; for a directional light, the unit vector toward the light, w = 0
     vec4 axis;      // unit vector opposite to the light's direction; w: 1 / range, 0 = infinite
     vec4 color;     // colour times intensity (lux for a directional light, candela for others)
     vec4 cone;      // x: scale, y: offset, applied to the cosine of the angle to the axis

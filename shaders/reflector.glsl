@@ -50,7 +50,7 @@ struct Reflector {
 #endif
 #ifdef CLEARCOAT
     vec3 coat_n;
-    float coat, coat_roughness, coat_n_dot_v;  // coat: factor times Fresnel term
+    float coat, coat_roughness, coat_n_dot_v;  // coat: clearcoat factor times Fresnel term
 #endif
 };
 
@@ -327,7 +327,7 @@ vec3 fibresRadiance(Reflector s) {
 vec3 reflectedEnvironment(Reflector s, float occlusion) {
     vec2 scale_bias = environmentBrdf(s.roughness, s.n_dot_v);
 #ifdef ANISOTROPY
-    // The mean of the values for both roughnesses.
+    // The mean of the values for the roughnesses along and across the anisotropy.
     float along = mix(s.alpha, 1.0, s.strength * s.strength);
     scale_bias = 0.5 * (scale_bias + environmentBrdf(sqrt(along), s.n_dot_v));
 #endif

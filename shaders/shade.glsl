@@ -40,7 +40,7 @@ StoredColor fragmentColor(vec4 base, Gradients g) {
     StoredColor stored;
 #ifdef TINTED
     stored.opacity = rounded(vec4(opacity, 0.0));
-    opacity = unpackColor(stored.opacity).rgb;  // alpha is the mean of the stored values
+    opacity = unpackColor(stored.opacity).rgb;  // rounded as stored, because alpha is the mean of the stored values
     bool grey = opacity.r == opacity.g && opacity.g == opacity.b;
     opacity.r = grey ? opacity.r : (opacity.r + opacity.g + opacity.b) / 3.0;
 #endif

@@ -4,7 +4,7 @@
 #include "shade.glsl"
 
 layout(std430, binding = PEELER_LIST_HEADS) buffer ListHeads { uint list_heads[]; };
-layout(std430, binding = PEELER_DEPTHS) buffer Depths { uint depth_bits[]; };  // positive floats sort like their bits
+layout(std430, binding = PEELER_DEPTHS) buffer Depths { uint depth_bits[]; };  // bits of positive floats sort like the floats
 
 #ifdef OPACITY
 layout(location = 0) out vec4 opacity;

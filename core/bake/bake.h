@@ -25,21 +25,23 @@ struct Receivers {
 
 /// The baked quantity. Each line starts with the number of floats per receiver.
 enum class BakeQuantity : std::uint8_t {
-    kAmbientOcclusion,  ///< 1: cosine-weighted share of the hemisphere that is not occluded
-    kBentNormal,        ///< 3: mean unoccluded direction, a unit vector in world space
-    /// 1: share of a uniform sky's light that arrives (+Y up); 1 on an open plain
+    kAmbientOcclusion,  ///< 1 float: cosine-weighted fraction of the hemisphere that is unoccluded
+    kBentNormal,        ///< 3 floats: mean unoccluded direction, a unit vector in world space
+    /// 1 float: fraction of a uniform sky's light (+Y is up) that arrives; 1 on an open plain
     kSkyVisibility,
-    kThickness,  ///< 1: mean distance to the opposite side, scene units
-    kIrradiance  ///< 3: incoming light, W/m² per W/(m² sr) of emitted radiance
+    kThickness,  ///< 1 float: mean distance to the opposite side, scene units
+    kIrradiance  ///< 3 floats: irradiance in W/m² per W/(m² sr) of emitted radiance
 };
 /// Returns the number of floats in a receiver's value.
 std::size_t componentsOf(BakeQuantity quantity);
 
 struct BakeSettings {
     BakeQuantity quantity = BakeQuantity::kAmbientOcclusion;
-    int directions = 256;  ///< over the sphere; opposite directions share a bundle
+    /// Number of directions over the sphere. Opposite directions share a bundle.
+    int directions = 256;
     int resolution = 512;  ///< rays along the longer side of a bundle, if the source uses bundles
-    double max_distance = std::numeric_limits<double>::infinity();  ///< range of rays, scene units
+    /// Maximum length of a visibility ray, in scene units.
+    double max_distance = std::numeric_limits<double>::infinity();
     int bounces = 1;  ///< reflections of light on its way to a receiver; irradiance only
 };
 

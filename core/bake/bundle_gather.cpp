@@ -36,7 +36,7 @@ class RayLattice {
     }
 
     struct Place {
-        int x = 0, y = 0;     // pixel of the nearest ray
+        int x = 0, y = 0;     // pixel of the ray nearest to the receiver
         glm::vec2 offset{0};  // from the nearest ray to the receiver, in ray spacings, y down
         float t = 0;
     };
@@ -131,7 +131,7 @@ RayGrid gridOf(const BakeSettings& settings, int bundle) {
     return grid;
 }
 
-/// Heap memory that stays allocated after a bundle; measured.
+/// Bytes of heap memory that stay allocated after a bundle (measured).
 constexpr std::uint64_t kLeftBytes = std::uint64_t{4} << 20;
 
 /// Plans one bundle after another and calls take(bundle, plan, share). `share` is the progress at

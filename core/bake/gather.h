@@ -19,7 +19,7 @@ struct GatherJob {
     Integrator& integrator;
     /// Unit vectors. A receiver that faces away from a direction looks along the opposite vector.
     std::span<const glm::dvec3> directions;
-    ReportMemory tell{};  ///< as in bake()
+    ReportMemory tell{};  ///< called as in bake(); may be empty
 };
 
 /// Throws Error (kMemory) if `bytes`, added to resident memory, exceed the budget.

@@ -17,10 +17,10 @@ namespace peeler {
 
 /// The first surface that a receiver sees along a direction.
 struct VisibleHit {
-    glm::vec3 direction{0};  ///< unit, world space, away from the receiver
+    glm::vec3 direction{0};  ///< unit vector away from the receiver, world space
     /// Scene units; infinite if there is no surface within BakeSettings::max_distance.
     float distance = std::numeric_limits<float>::infinity();
-    /// The index in the current band (beginBand()), or kNoFragment.
+    /// Index of the hit's fragment in the current band (beginBand()), or kNoFragment.
     std::uint32_t fragment = kNoFragment;
 
     bool nothing() const { return distance == std::numeric_limits<float>::infinity(); }
@@ -32,7 +32,7 @@ struct Sum {
     float weight = 0;
 };
 
-/// An integrator: accumulates visible hits into one baked quantity.
+/// An accumulator of visible hits into one baked quantity.
 class Integrator {
   public:
     virtual ~Integrator() = default;

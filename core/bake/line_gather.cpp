@@ -17,7 +17,9 @@
 namespace peeler {
 namespace {
 
-constexpr double kOwnSurfaceShare = 1e-4;  // share of the scene's diagonal
+// The distance up to which hits are ignored as the receiver's own surface, as a fraction of the
+// scene's diagonal.
+constexpr double kOwnSurfaceShare = 1e-4;
 // The maximum number of receivers per chunk: few enough to fit a core's cache, and enough to
 // justify projecting the scene.
 constexpr std::size_t kMostTogether = std::size_t{1} << 17;
@@ -77,7 +79,7 @@ struct LineTasks {
     }
 
     std::size_t count, chunks, chunk, groups, groups_at_once = 1;
-    std::uint64_t bytes = 0;  // of all tasks together
+    std::uint64_t bytes = 0;  // memory of all tasks together
 };
 
 /// Runs the tasks, one per chunk and group, with enough groups at once to keep all threads busy.
@@ -161,7 +163,7 @@ class LineGather {
     const Occluders& occluders_;
     const GatherJob& job_;
     const LineTasks& tasks_;
-    std::vector<std::uint32_t> order_;  // receivers, chunk by chunk
+    std::vector<std::uint32_t> order_;  // indices of the receivers, chunk by chunk
     // sums of the groups in progress, each in the order of order_
     std::vector<Sum> partial_;
     std::mutex mutex_;

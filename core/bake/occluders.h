@@ -34,7 +34,7 @@ struct OccluderPiece {
     /// Occluders::origin().
     glm::dmat3 turn{1};
     glm::dvec3 offset{0};
-    const AlphaTest* alpha = nullptr;  ///< null: opaque everywhere
+    const AlphaTest* alpha = nullptr;  ///< null if the surface is opaque everywhere
     bool mirrored = false;             ///< whether front faces are clockwise
     bool cull_front = false, cull_back = false;
 };
@@ -88,10 +88,10 @@ struct CellReceivers {
     const std::uint32_t* first = nullptr;  ///< index of each cell's first receiver, then the end
     int width = 1, height = 1;             ///< size of the grid, in cells
     glm::vec2 units_a_cell{0};             ///< width and height of a cell, scene units
-    std::array<const float*, 3> at{};      ///< positions: x and y in cells, Z in scene units
-    const float* side = nullptr;           ///< 1: looks along Z; −1: against Z
-    float* nearest = nullptr;              ///< nearest distance so far, updated in place
-    float own_surface = 0;                 ///< scene units; nearer hits are ignored
+    std::array<const float*, 3> at{};  ///< receivers' positions: x and y in cells, Z in scene units
+    const float* side = nullptr;  ///< for each receiver, 1 if it looks along Z, −1 if against Z
+    float* nearest = nullptr;     ///< for each receiver, the nearest hit's distance so far; updated
+    float own_surface = 0;        ///< hits at smaller distances (scene units) are ignored
 };
 
 /// The transform from a piece's corners to the space of CellReceivers: the rows of a matrix.

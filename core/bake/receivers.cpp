@@ -231,7 +231,7 @@ TexelReceivers::TexelReceivers(const PosedScene& posed, const VertexReceivers& v
         }
         Chart& chart = charts[static_cast<std::size_t>(primitive.material)];
         for (std::uint32_t t = 0; t < elementsOf(primitive); ++t) {
-            if (placement.isDegenerate(range, t)) continue;  // invisible
+            if (placement.isDegenerate(range, t)) continue;  // a degenerate triangle is invisible
             chart.triangles.push_back(uvTriangle(uvs, cornersOf(primitive, t), settings.size));
             chart.sources.push_back({static_cast<std::uint32_t>(r), t});
         }

@@ -55,7 +55,7 @@ class VertexReceivers {
     PosedScene posed_;
     Receivers receivers_;
     std::vector<VertexRange> ranges_;
-    std::vector<std::size_t> first_range_;  ///< by instance: index of the instance's first range
+    std::vector<std::size_t> first_range_;  ///< index of each instance's first range
 };
 
 /// Whether GL draws the primitive as triangles.
@@ -65,7 +65,7 @@ inline bool isOfTriangles(const Primitive& primitive) {
 
 struct TexelSettings {
     int size = 1024;  ///< texels per side
-    int uv_set = 0;   ///< TEXCOORD_0 or TEXCOORD_1
+    int uv_set = 0;   ///< number of the UV set: 0 (TEXCOORD_0) or 1 (TEXCOORD_1)
 };
 
 /// The texture of one material. Texel (x, y) has index y · size + x; row 0 is at v = 0.
@@ -73,7 +73,7 @@ struct TexelAtlas {
     int material = 0;  ///< index into Scene::materials
     /// The receivers of texel i are first[i] … first[i + 1] − 1.
     std::vector<std::uint32_t> first;
-    std::uint64_t covered = 0;  ///< texels whose centre lies in a triangle
+    std::uint64_t covered = 0;  ///< number of texels whose centre is in a triangle
     /// texels whose centre lies in several triangles (mirrored or tiled UVs)
     std::uint64_t shared = 0;
 };
@@ -96,7 +96,8 @@ class TexelReceivers {
                    const TexelSettings& settings, const MemoryBudget& budget = {});
 
     const Receivers& receivers() const { return receivers_; }
-    const std::vector<TexelAtlas>& atlases() const { return atlases_; }  ///< ordered by material
+    /// Returns the atlases, ordered by material.
+    const std::vector<TexelAtlas>& atlases() const { return atlases_; }
     const TexelSettings& settings() const { return settings_; }
     /// Returns the number of triangle primitives without this UV set, counted per instance.
     std::uint64_t withoutUvs() const { return without_uvs_; }
@@ -117,7 +118,8 @@ class TexelReceivers {
     TexelSettings settings_;
     Receivers receivers_;
     std::vector<TexelAtlas> atlases_;
-    std::vector<int> atlas_of_material_;  ///< index into atlases_; −1 = none
+    /// Index of each material's atlas in atlases_; −1 if it has none.
+    std::vector<int> atlas_of_material_;
     std::uint64_t without_uvs_ = 0;
 };
 

@@ -144,7 +144,7 @@ TexelCoverage::TexelCoverage(std::span<const UvTriangle> triangles, int size)
 
 TexelRow TexelCoverage::row(int y) const {
     const auto width = static_cast<std::size_t>(size_);
-    std::vector<std::uint32_t> covering(width, 0);  // number of covering triangles
+    std::vector<std::uint32_t> covering(width, 0);  // number of triangles that cover each texel
     std::vector<TexelSample> kept(width * kMostSamples);
     // By texel: squared distance of the nearest triangle that touches the texel's circumscribed
     // circle.

@@ -23,8 +23,8 @@ struct TexelSample {
 struct TexelRow {
     std::vector<std::uint32_t> first;  ///< texel x has samples first[x] … first[x + 1] − 1
     std::vector<TexelSample> samples;
-    std::uint64_t covered = 0;  ///< texels whose centre is in a triangle
-    std::uint64_t shared = 0;   ///< texels whose centre is in several triangles
+    std::uint64_t covered = 0;  ///< number of texels whose centre is in a triangle
+    std::uint64_t shared = 0;   ///< number of texels whose centre is in several triangles
 };
 
 /// The coverage of texels by triangles, in a plane that repeats the texture.
@@ -55,7 +55,7 @@ class TexelCoverage {
 
     std::span<const UvTriangle> triangles_;
     int size_;
-    std::vector<std::size_t> first_crossing_;  ///< by row of the texture, plus an end
+    std::vector<std::size_t> first_crossing_;  ///< index of each row's first crossing, then the end
     std::vector<Crossing> crossings_;
 };
 

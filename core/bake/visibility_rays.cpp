@@ -14,13 +14,14 @@ namespace {
 // mean fewer tests of receivers outside the triangle.
 constexpr double kReceiversASquare = 10;  // the side of a square is the height of a row
 constexpr double kColumnsASquare = 16;
-constexpr double kLeastSquare = 1e-6;  // share of the scene's diagonal
+// Minimum side of a square, as a fraction of the scene's diagonal.
+constexpr double kLeastSquare = 1e-6;
 
 glm::vec3 rowOf(const glm::dmat3& m, int row) {
     return glm::vec3(m[0][row], m[1][row], m[2][row]);
 }
 
-/// Returns `count` plus room for the last block of lanes.
+/// Returns `count` plus room for a block of padding receivers.
 std::size_t padded(std::size_t count) {
     return count + CellReceivers::kBlock;
 }

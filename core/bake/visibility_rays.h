@@ -61,10 +61,11 @@ class VisibilityRays {
     const Occluders& occluders_;
     float own_surface_;
     std::size_t count_ = 0;
-    // Per receiver.
+    // One value per receiver.
     std::array<std::vector<float>, 3> position_, normal_, place_;
     std::vector<float> cosine_, distance_;
-    std::vector<std::uint32_t> cell_;  // the cell; after sorting, the receiver's sorted index
+    // The cell of each receiver; after sort(), the receiver's index in the sorted arrays.
+    std::vector<std::uint32_t> cell_;
     // Per receiver, sorted by cell: x and y in cells, z in scene units.
     std::array<std::vector<float>, 3> sorted_;
     std::vector<float> side_, nearest_;

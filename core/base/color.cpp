@@ -17,7 +17,7 @@ constexpr Anchor kBlueToCyan[] = {{16, 52, 140}, {40, 130, 210}, {110, 240, 255}
 
 std::array<float, 3> between(std::span<const Anchor> anchors, float share) {
     const auto last = static_cast<float>(anchors.size() - 1);
-    const float at = share > 0 ? std::min(share, 1.0F) * last : 0;  // 0 for NaN, too
+    const float at = share > 0 ? std::min(share, 1.0F) * last : 0;  // NaN gives 0
     const auto first = std::min(static_cast<std::size_t>(at), anchors.size() - 2);
     std::array<float, 3> color{};
     for (std::size_t c = 0; c < 3; ++c) {

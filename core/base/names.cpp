@@ -52,7 +52,7 @@ std::string_view nearestName(std::string_view text, std::span<const std::string_
     for (const std::string_view name : names) {
         const std::string candidate = lower(name.substr(0, kLongest));
         if (candidate.empty() || wanted.empty()) continue;
-        // A prefix of any length is a plausible abbreviation.
+        // A prefix of two or more characters is a plausible abbreviation.
         const bool begins = wanted.size() >= 2 && candidate.starts_with(wanted);
         const std::size_t distance = begins ? 1 : editDistance(wanted, candidate);
         const std::size_t allowed =

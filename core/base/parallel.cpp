@@ -69,7 +69,7 @@ int startableThreads(int wanted) {
             while (started.size() < static_cast<std::size_t>(wanted))
                 started.push_back(startWorker([&] { const std::lock_guard passed(gate); }));
         } catch (...) {
-            // No more threads can be started.
+            // The system cannot start more threads.
         }
     }
     for (std::thread& thread : started)

@@ -14,7 +14,7 @@ unsigned byteAt(std::string_view text, std::size_t i) {
 /// A class of well-formed UTF-8 sequences: the ranges of the first and the second byte. Later bytes
 /// are 0x80 to 0xBF.
 struct Sequence {
-    unsigned first, last;  ///< first bytes
+    unsigned first, last;  ///< range of the first byte
     unsigned second_first, second_last;
     std::size_t length;
 };
@@ -29,8 +29,8 @@ struct Range {
     char32_t first, last;
 };
 constexpr Range kUnshown[] = {
-    {0x00, 0x1F},      // C0
-    {0x7F, 0x9F},      // DEL and C1; U+009B starts terminal control sequences
+    {0x00, 0x1F},      // C0 control characters
+    {0x7F, 0x9F},      // DEL and C1 control characters; U+009B starts terminal control sequences
     {0x200E, 0x200F},  // directional marks
     {0x2028, 0x202E},  // line and paragraph separators, directional embeddings and overrides
     {0x2066, 0x2069},  // directional isolates

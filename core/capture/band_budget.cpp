@@ -37,7 +37,7 @@ BandBudget::BandBudget(const GlPlan& plan, const PlanMethods& methods, const Ban
     costs_.use.fixed = capture.tileBytes();
     if (plan.opaque_first) costs_.use.fixed += capture.opaqueBytes();
     if (methods.composite) {
-        // Every pixel counts as one fragment, as in rowFragments().
+        // A composite method's costs count one fragment per pixel, like rowFragments().
         costs_.use.fixed += methods.composite->tileBytes(tile, settings);
         costs_.use.fragment = capture.pixelBytes() + 15 * sizeof(float) + 3 * opacity;
         costs_.largest_array_bytes = storedComponents(settings.tinted) * sizeof(float);

@@ -74,8 +74,9 @@ class BandBuffers {
     void bindClip();
 
     const gl::Functions& gl_;
-    gl::Buffer list_heads_, fragments_, channels_;  // for layers
-    gl::Buffer depths_, stamps_, colors_, counts_;  // for composites, together with list_heads_
+    gl::Buffer list_heads_, fragments_, channels_;  // used for layers
+    // Used for composites, together with list_heads_.
+    gl::Buffer depths_, stamps_, colors_, counts_;
     gl::Buffer clip_first_, clip_depths_;
 };
 
@@ -111,7 +112,7 @@ class ListHeadTarget {
     gl::Texture texture_;
     gl::Framebuffer framebuffer_;
     int width_ = 0, height_ = 0;
-    std::vector<std::uint32_t> rows_;  ///< list heads of an area, y up
+    std::vector<std::uint32_t> rows_;  ///< list heads of an area, rows from bottom to top
 };
 
 /// The nearest opaque fragment of every pixel of a raster tile. Its render targets have a depth
@@ -142,7 +143,7 @@ class OpaqueTarget {
     GLuint depth() const { return depth_.name(); }
 
   private:
-    gl::Texture depth_, fragments_, colors_;  // colors_: only for float colours
+    gl::Texture depth_, fragments_, colors_;  // colors_ exists only for float colours
     gl::Framebuffer framebuffer_;
     Window size_;
     PixelType color_ = PixelType::kHalf;

@@ -29,7 +29,7 @@ namespace peeler {
 /// A band to capture, with the number of fragments per pixel.
 struct BandRequest {
     Window band;
-    std::span<const std::uint32_t> counts;  ///< fragments of each pixel, from count()
+    std::span<const std::uint32_t> counts;  ///< number of fragments in each pixel, from count()
     std::uint32_t layers = 0;               ///< number of nearest layers to keep; 0 = all
     /// Whether layers() outputs draw-order keys as the first extra array. For hits, it always does.
     bool keys = false;
@@ -129,7 +129,8 @@ class BandCapture {
     /// bands do not overlap.
     std::uint64_t copiedFragmentBytes() const { return overlaps() ? 2 * fragmentBytes() : 0; }
     std::uint64_t copiedPixelBytes() const {
-        return overlaps() ? 4 * sizeof(std::uint32_t) : 0;  // list heads and list starts
+        // List heads and list starts of both bands.
+        return overlaps() ? 4 * sizeof(std::uint32_t) : 0;
     }
     /// Returns the number of pixels in the largest raster tile that the crop touches.
     std::uint64_t tilePixels() const;
@@ -242,11 +243,11 @@ class BandCapture {
     ListHeadTarget list_head_target_;
     OpaqueTarget opaque_;
     std::vector<std::uint32_t> opaque_pixels_;   ///< rows read back from opaque_
-    CompositeImage visible_;                     ///< composited rows
+    CompositeImage visible_;                     ///< rows composited by compositeVisible()
     std::vector<std::uint32_t> visible_counts_;  ///< fragments per pixel of visible_
-    BandLists lists_;                            ///< the current band's lists, unless bands overlap
-    std::vector<std::uint32_t> ends_;            ///< list heads read from a ListHeadTarget
-    Window clip_band_;                           ///< band whose clip boundary is in the buffers
+    BandLists lists_;                  ///< lists of the current band, except in submit() and take()
+    std::vector<std::uint32_t> ends_;  ///< list heads read from a ListHeadTarget
+    Window clip_band_;                 ///< band whose clip boundary is in the buffers
     double largest_correction_ = 0;
 };
 

@@ -86,7 +86,7 @@ class BandRenderer {
     Lighting lighting_;
     const GlPlan* plan_ = nullptr;
     PlanMethods methods_;
-    std::vector<std::uint32_t> counts_;  ///< lists of the current band
+    std::vector<std::uint32_t> counts_;  ///< number of fragments in each pixel of the current band
     std::array<BandLists, 2> lists_;     ///< lists of overlapping bands
     LayeredImage image_;
     CompositeImage composite_;

@@ -24,15 +24,17 @@ inline constexpr std::uint64_t kKeptBytes = 256ULL << 20;
 
 struct GlPlan final : CapturePlan::Details {
     View view;
-    CaptureSettings settings;  ///< `surfaces` may exclude more than requested
+    /// The requested settings, except that `surfaces` may exclude more surfaces.
+    CaptureSettings settings;
     const MethodInfo* method = nullptr;
     std::vector<glm::dvec2> positions{};  ///< sample positions in a pixel, each captured as a view
     bool opaque_first = false;            ///< whether to use compositeVisible()
-    Window drawn{};                       ///< if opaque_first: the window that can have fragments
+    Window drawn{};  ///< if opaque_first, the window that can contain fragments
 
-    std::vector<std::uint64_t> clip_rows{};  ///< clip-mesh surfaces per row, maximum over the views
-    std::optional<DepthComplexity> counted{};  ///< fragments of all samples together
-    std::optional<DepthComplexity> merged{};   ///< layers after the samples are merged
+    /// Number of clip-mesh surfaces in each row, the maximum over the views.
+    std::vector<std::uint64_t> clip_rows{};
+    std::optional<DepthComplexity> counted{};  ///< depth complexity of all samples together
+    std::optional<DepthComplexity> merged{};   ///< depth complexity after the samples are merged
     std::uint32_t limit = 0;                   ///< number of nearest layers to keep; 0 = all
     double share = 0;                          ///< planning's share of the total work, for progress
 

@@ -104,7 +104,7 @@ void GlPlanner::chooseSurfaces() {
     if (methods.composite || !methods.layers->takesOpaqueFirst() || !settings.clip.nodes.empty() ||
         settings.depth_clamp)
         return;
-    plan_.opaque_first = true;  // for the costs, which depend on it
+    plan_.opaque_first = true;  // the costs below depend on it
     plan_.opaque_first =
         hasRoom(settings.memory, usedBytes(settings.memory), renderer_.budget().costs());
     if (plan_.opaque_first) plan_.drawn = renderer_.capture().drawnWindow();
@@ -186,7 +186,7 @@ void GlPlanner::countSamples() {
     std::vector<std::uint32_t> counts;
     for (std::size_t i = 0; i < plan_.positions.size(); ++i) {
         renderer_.showSample(i);
-        // The count pass stores no fragments.
+        // The count pass stores no fragments, so its bands may have more rows than captured bands.
         for (const Window& band : counting.cutForCounting(limits)) {
             renderer_.capture().count(band, counts);
             const StageTimer timer(times_, "count");

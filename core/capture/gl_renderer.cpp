@@ -102,7 +102,7 @@ GlPlan& GlRenderer::State::show(GlRenderer& renderer, const CapturePlan& planned
 CapturePlan GlRenderer::plan(const View& view, const CaptureSettings& settings,
                              const Progress& progress) {
     State& s = *state_;
-    s.castShadows(*this, settings);  // must be first: plans and captures, too
+    s.castShadows(*this, settings);  // first, because it may itself plan and capture shadow maps
     checkSettings(settings);
     if (const auto before = s.latest.lock()) before->freeKept();
     s.shown = std::make_shared<GlPlan>();

@@ -88,15 +88,16 @@ class GlSession {
     void adopt();
     gl::Context& borrow();
 
-    void* (*function_of_)(const char* name) = nullptr;  ///< null: opens its own contexts
+    /// Null if the session opens its own contexts.
+    void* (*function_of_)(const char* name) = nullptr;
     bool keeps_scenes_ = false;
     gl::ContextRequest request_;             // the request that opened context_
     std::unique_ptr<gl::Context> context_;   // declared before uploads_, so destroyed after them
-    gl::AdoptedContext* adopted_ = nullptr;  ///< context_, if adopted
+    gl::AdoptedContext* adopted_ = nullptr;  ///< context_ if it is adopted, otherwise null
     std::unique_ptr<gl::BorrowedState> borrowed_;
     std::vector<unsigned> pending_errors_;
-    std::string no_gpu_;         ///< reasons for findGpu(); empty if not yet known
-    std::list<Upload> uploads_;  ///< most recently used first
+    std::string no_gpu_;         ///< why findGpu() found no GPU; empty until it fails
+    std::list<Upload> uploads_;  ///< uploads, the most recently used first
 };
 
 }  // namespace peeler

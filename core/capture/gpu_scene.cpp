@@ -280,7 +280,7 @@ void GpuScene::bindMaterialRecord(std::size_t material) const {
 void GpuScene::uploadMaterials(const gl::Context& context) {
     const Scene& scene = posed_.scene();
     const gl::Functions& gl = context.functions();
-    std::set<std::size_t> used;  // materials that are drawn; a file may hold many scenes
+    std::set<std::size_t> used;  // drawn materials; other scenes of the file may use others
     for (const MeshInstance& instance : posed_.meshes())
         for (const Primitive& p : posed_.primitives(instance))
             used.insert(static_cast<std::size_t>(p.material));

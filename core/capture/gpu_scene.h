@@ -69,8 +69,9 @@ struct GpuMaterial {
     };
     Binding bindings[kMaterialTextures];
     bool unlit = false, double_sided = false;
-    unsigned features = 0;  ///< needed features, one bit for each of materialFeatures()
-    glm::uvec4 flags{};     ///< the record's flags
+    /// Features that the material needs, one bit for each of materialFeatures().
+    unsigned features = 0;
+    glm::uvec4 flags{};  ///< `flags` of the material record
 };
 
 /// Geometry, textures with mipmaps, and material records.

@@ -17,7 +17,7 @@ class SceneRasterizer;
 
 /// The area that a layer method captures, with its framebuffer and options.
 struct LayerArea {
-    Window window;             ///< inside the rasterizer's tile
+    Window window;             ///< window to capture, inside the rasterizer's tile
     std::uint32_t layers = 0;  ///< number of layers to capture
     /// The framebuffer with the list heads (if takesListHeadTarget()), the depths of opaque
     /// fragments (if takesOpaqueFirst()), or both; 0 if there is no framebuffer.
@@ -59,7 +59,7 @@ class LayerMethod {
 
 /// The area that a composite method composites.
 struct CompositeArea {
-    Window window;              ///< inside the rasterizer's tile
+    Window window;              ///< window to composite, inside the rasterizer's tile
     std::uint32_t layers = 0;   ///< maximum number of fragments per pixel to composite in order
     std::uint32_t deepest = 0;  ///< maximum number of fragments per pixel
     bool tail = false;          ///< whether to blend the fragments behind `layers`
@@ -86,10 +86,12 @@ class CompositeMethod {
 
 /// One row of the table of methods. A new method is a new file and a row in methods.cpp.
 struct MethodInfo {
-    std::string_view name;                     ///< as on the command line
-    std::string_view summary;                  ///< one line
-    std::unique_ptr<LayerMethod> (*layers)();  ///< null: an approximation, only for composites
-    std::unique_ptr<CompositeMethod> (*composite)();  ///< null: captured layers are composited
+    std::string_view name;     ///< name on the command line
+    std::string_view summary;  ///< description, one line
+    /// Null if the method is an approximation that can only composite.
+    std::unique_ptr<LayerMethod> (*layers)();
+    /// Null if the method has no compositing of its own; captured layers are composited instead.
+    std::unique_ptr<CompositeMethod> (*composite)();
 
     bool exact() const { return layers != nullptr; }
 };

@@ -25,8 +25,8 @@ using ShaderArgument = std::optional<std::array<int, 4>>;
 /// The draws of a geometry pass, selected by their material's alpha mode.
 enum class Draws : std::uint8_t {
     kAll,
-    kOpaque,     ///< OPAQUE and MASK, without transmission
-    kBlended,    ///< BLEND, and materials with transmission
+    kOpaque,     ///< OPAQUE and MASK materials without transmission
+    kBlended,    ///< BLEND materials, and materials with transmission
     kClipMeshes  ///< the clip volume's boundary, both faces; no other pass draws it
 };
 
@@ -40,7 +40,7 @@ inline constexpr std::string_view kEntriesAsKeys = "FETCHED_LIST_HEADS ENTRIES_A
 struct GeometryPass {
     std::string_view fragment_shader;
     std::string_view definitions = "";  ///< preprocessor definitions, separated by spaces
-    bool shades = false;  ///< evaluates the surface's colour, not only depth and alpha
+    bool shades = false;  ///< whether to evaluate the surface's colour, not only depth and alpha
     /// Evaluates all material properties, regardless of lighting, for the channels of the settings.
     bool describes = false;
     Draws draws = Draws::kAll;
@@ -96,10 +96,10 @@ class ShaderVariants {
     struct Variant {
         unsigned bits = 0;
         std::uint32_t material_flags = 0, draw_flags = 0;
-        // Textures with these properties, one bit per unit.
+        // Bits of the texture units that have a transform, and of those that use the second UV set.
         std::uint32_t transformed = 0, second_uv = 0;
         std::uint32_t channels = 0;  // channels that the pass outputs, one bit each
-        std::string_view stored;     // definition of the fragment storage
+        std::string_view stored;     // preprocessor definitions that select the fragment storage
         bool operator<(const Variant& other) const {
             return std::tie(bits, material_flags, draw_flags, transformed, second_uv, channels,
                             stored) < std::tie(other.bits, other.material_flags, other.draw_flags,
@@ -116,7 +116,7 @@ class ShaderVariants {
     const gl::Functions& gl_;
     const GpuScene& scene_;
     const PassContext& pass_context_;
-    /// Programs, by definitions and files.
+    /// Programs, keyed by definitions and files.
     std::map<std::string, gl::Program> programs_;
     /// Programs, by fragment shader, definitions and variant: a lookup that builds no string.
     std::map<std::tuple<std::string_view, std::string_view, Variant>, const gl::Program*> variants_;

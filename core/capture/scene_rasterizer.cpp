@@ -290,7 +290,7 @@ void SceneRasterizer::draw(const GeometryPass& pass, const Window& area) {
     }
     const gl::Program* current = nullptr;
     std::size_t material = static_cast<std::size_t>(-1);
-    // Null if there are no draws.
+    // The buffer does not exist if there are no draws.
     if (instance_records_) instance_records_.bindStorage(PEELER_INSTANCES);
     const auto& draws = scene_.posed().drawList().draws();
     const Window scissor = inTile(area);

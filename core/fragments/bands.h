@@ -24,8 +24,8 @@ struct BandLimits {
 
 /// The costs of a band.
 struct BandCosts {
-    MemoryUse use{};                        ///< for buffers, the image for the sink, and the sink
-    std::uint64_t band_bytes = 0;           ///< maximum bytes of a band of several rows
+    MemoryUse use{};               ///< memory of the buffers, the image for the sink, and the sink
+    std::uint64_t band_bytes = 0;  ///< maximum bytes of a band of several rows
     std::uint64_t largest_array_bytes = 0;  ///< bytes per fragment in the largest single buffer
     std::uint64_t storage_block_bytes = 0;  ///< the driver's limit on one buffer binding
 };

@@ -68,10 +68,10 @@ class ListSorter {
 
 /// The pixels of a row, and where to write their sorted fragments.
 struct SortedRow {
-    std::size_t first_pixel, pixels;  ///< in the captured arrays
+    std::size_t first_pixel, pixels;  ///< the row's pixels in the captured arrays
     std::size_t to_pixel;             ///< index of the first pixel in `out`
     LayeredImage& out;
-    std::uint32_t* sources;  ///< for all fragments of `out`; may be null
+    std::uint32_t* sources;  ///< captured index of each fragment of `out`; may be null
 };
 
 /// Sorts the lists of a row. `kStride`: captured words per fragment; `kColorBytes`: stored bytes of

@@ -18,7 +18,7 @@ namespace peeler {
 /// primitive, a fragment may have another value that orders the pixel's fragments the same way
 /// (LayerArea::keys).
 struct CapturedFragments {
-    std::span<const std::uint32_t> first;  ///< pixels + 1 entries
+    std::span<const std::uint32_t> first;  ///< index of each pixel's first fragment, then the end
     const std::uint32_t* words = nullptr;
     std::size_t stride = 2;
 
@@ -29,8 +29,10 @@ struct CapturedFragments {
 /// a half-float colour. If `colors` is given, its 32-bit floats replace the half-float colour. Each
 /// fragment lies behind its pixel's list.
 struct OpaqueFragments {
-    const std::uint32_t* fragments = nullptr;  ///< start of the top row; lower rows precede it
-    const std::uint32_t* colors = nullptr;     ///< four words per pixel, in the same row order
+    /// First pixel of the top row. Lower rows are stored before it.
+    const std::uint32_t* fragments = nullptr;
+    /// Colours, four words per pixel, rows ordered like `fragments`.
+    const std::uint32_t* colors = nullptr;
 
     static constexpr std::size_t kWords = 4;
 };

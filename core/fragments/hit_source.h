@@ -21,7 +21,7 @@ struct CaptureReport {
     double largest_correction = 0;  ///< largest change of a hit's Z by refinement, scene units
 };
 
-/// A Plan, with its HitSource's data for the capture.
+/// A plan, with the data that its HitSource needs for the capture.
 struct CapturePlan : Plan {
     /// Data that only the HitSource understands.
     struct Details {

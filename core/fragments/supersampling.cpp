@@ -32,15 +32,16 @@ struct Entry {
 /// Fragments to merge into one, at most one per sample.
 struct Group {
     std::uint32_t surface;
-    std::size_t nearest;       // index into the pixel's entries
-    std::vector<int> members;  // by sample: index into the pixel's entries; −1: no member
+    std::size_t nearest;  // index of the nearest member in the pixel's entries
+    // For each sample, the member's index in the pixel's entries; −1 if it has no member.
+    std::vector<int> members;
 };
 
 struct MergedRow {
-    std::vector<std::uint32_t> counts;  // by pixel
+    std::vector<std::uint32_t> counts;  // number of merged fragments in each pixel
     std::vector<float> z;
     std::vector<MergedColor> colors;
-    std::vector<std::pair<int, std::uint32_t>> nearest;  // sample, and index of the fragment in it
+    std::vector<std::pair<int, std::uint32_t>> nearest;  // sample, and the fragment's index in it
 };
 
 /// Merges the pixels of a row one after another, with the same buffers.
@@ -66,7 +67,7 @@ class RowMerger {
     const SurfaceOf& surface_of_;
     std::vector<Entry> entries_;  // sorted by Z, then by sample and fragment
     std::vector<Group> groups_;
-    std::vector<int> last_group_;  // by sample
+    std::vector<int> last_group_;  // latest group of each sample
 };
 
 void RowMerger::collect(std::size_t pixel) {

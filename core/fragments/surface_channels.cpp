@@ -48,7 +48,7 @@ struct Band {
 
     const FragmentSources& sources;
     PixelProjection now, next;
-    std::vector<std::uint32_t> ordinals;  // by instance: index among the instances of its node
+    std::vector<std::uint32_t> ordinals;  // index of each instance among the instances of its node
 };
 
 /// The ray of a pixel, in world space.
@@ -60,14 +60,14 @@ struct PixelRay {
 
     glm::dvec2 at;  // pixel position in the picture
     glm::dvec3 origin;
-    glm::dvec3 direction;  // not of unit length
+    glm::dvec3 direction;  // direction of the ray, not normalised
 };
 
 /// The fragment whose channels are evaluated.
 struct Fragment {
     const PixelRay& ray;
     const RecentElements::Entry& entry;
-    std::array<double, 3> weight{};  // barycentric; set only if a channel needs them
+    std::array<double, 3> weight{};  // barycentric weights; set only if a channel needs them
     double z = 0;
 
     const WorldElement& element() const { return entry.element; }
@@ -183,7 +183,7 @@ class ChannelFiller {
         }
     }
 
-    /// Whether any channel needs weights and corners.
+    /// Whether any channel needs the fragment's weights and corners.
     bool needsPoint() const { return needs_point_; }
 
     void fill(std::size_t fragment, const Fragment& f) const {

@@ -22,7 +22,7 @@ struct NextFrame {
 struct FragmentSources {
     const PosedScene& posed;
     const View& view;
-    const NextFrame* next = nullptr;        ///< null: nothing moves
+    const NextFrame* next = nullptr;        ///< null if nothing moves
     std::span<const std::uint32_t> keys;    ///< the draw-order key of each fragment
     std::span<const std::uint32_t> shaded;  ///< the index of each fragment's record in `values`
     /// Records of channels.frag, shadedComponents() floats each; null if no channels are shaded.

@@ -32,10 +32,10 @@ struct Block {
 
 /// The accesses to a buffer since the last barrier.
 struct Use {
-    GLbitfield unseen = 0;      ///< barrier bits that are missing since the last write
+    GLbitfield unseen = 0;      ///< barrier bits that no barrier has had since the last write
     std::uint64_t written = 0;  ///< the last pass that wrote the buffer
     std::uint64_t read = 0;     ///< the last pass that read the buffer; 0: no pass
-    std::string writer;         ///< the block through which the last write went
+    std::string writer;         ///< name of the storage block that the last write went through
 };
 
 /// The tracked state of the context whose functions are checked on this thread.
@@ -48,9 +48,9 @@ struct Checked {
     std::map<GLuint, std::set<std::string>> shader_writes;  ///< blocks that a shader may write
     /// blocks that the program's shaders may write
     std::map<GLuint, std::set<std::string>> program_writes;
-    std::map<GLuint, std::vector<Block>> blocks;  ///< storage blocks, by program
-    std::map<GLuint, GLuint> bound;               ///< buffers, by binding
-    std::map<GLuint, Use> uses;                   ///< accesses, by buffer
+    std::map<GLuint, std::vector<Block>> blocks;  ///< storage blocks of each program
+    std::map<GLuint, GLuint> bound;               ///< buffer of each binding
+    std::map<GLuint, Use> uses;                   ///< accesses to each buffer
     GLuint program = 0;
     std::uint64_t pass = 1;
 };

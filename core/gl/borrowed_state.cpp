@@ -16,7 +16,7 @@ namespace {
 constexpr GLuint kTextureUnits = PEELER_LOBE_UNIT + 1;
 constexpr GLuint kStorageBindings = PEELER_CHANNELS + 1;
 constexpr GLuint kUniformBindings = PEELER_MATERIAL_BLOCK + 1;
-constexpr GLuint kClipDistances = 8;  // minimum of GL_MAX_CLIP_DISTANCES
+constexpr GLuint kClipDistances = 8;  // the number that GL guarantees (GL_MAX_CLIP_DISTANCES)
 
 constexpr std::array<std::pair<GLenum, GLenum>, 11> kTextures = {{
     {GL_TEXTURE_1D, GL_TEXTURE_BINDING_1D},

@@ -98,7 +98,7 @@ void APIENTRY printMessage(GLenum, GLenum type, GLuint, GLenum, GLsizei, const G
 /// waits forever for threads that it failed to start (Mesa 22.3.6 to 25.0.7: lp_rast_create()
 /// starts fewer threads, but lp_setup_create() expects all of them to signal its fences).
 void requireRasterizerThreads() {
-    constexpr long kMost = 32;  // LP_MAX_THREADS; 16 in Mesa 22.3
+    constexpr long kMost = 32;  // llvmpipe's LP_MAX_THREADS, which is 16 in Mesa 22.3
     const char* const set = std::getenv("LP_NUM_THREADS");
     const long all = set ? std::strtol(set, nullptr, 0) : sysconf(_SC_NPROCESSORS_ONLN);
     const int needed = static_cast<int>(std::clamp(all, 1L, kMost));

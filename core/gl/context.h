@@ -17,13 +17,13 @@ struct Functions;
 /// Driver limits. They affect how a picture is divided into bands, and which settings a user may
 /// request.
 struct Limits {
-    std::int64_t shader_storage_block_size = 0;  ///< bytes
+    std::int64_t shader_storage_block_size = 0;  ///< maximum size, in bytes
     int fragment_storage_blocks = 0;
     int framebuffer_width = 0, framebuffer_height = 0;
     int viewport_width = 0, viewport_height = 0;
     int texture_size = 0;
     int texture_layers = 0;  ///< maximum number of layers of an array texture
-    int texture_units = 0;   ///< maximum number for a fragment shader
+    int texture_units = 0;   ///< maximum number of texture units in a fragment shader
     int subpixel_bits = 0;
     int point_size = 1;              ///< maximum pixels per side of a point
     bool framebuffer_fetch = false;  ///< whether fragment shaders can read the pixel they overwrite
@@ -32,11 +32,11 @@ struct Limits {
 /// A device to open a context on, with the result of trying it.
 struct Device {
     std::string backend;      ///< name in the backend table: "egl", "osmesa"
-    int index = 0;            ///< counted across all backends, in the order of trying
+    int index = 0;            ///< index among the devices of all backends, in the order of trying
     std::string name;         ///< name in the backend: "device 0 (/dev/dri/card0)", "surfaceless"
     std::string uuid;         ///< "8932f937-d72c-4106-c12f-20bd9faed9f6"; "" if unknown
     std::optional<int> cuda;  ///< CUDA number under CUDA_VISIBLE_DEVICES
-    bool software = false;    ///< whether it renders on the CPU
+    bool software = false;    ///< whether the device renders on the CPU
     std::string version;      ///< GL_VERSION
     std::string renderer;     ///< GL_RENDERER
     std::string vendor;       ///< GL_VENDOR
@@ -73,7 +73,7 @@ std::vector<Device> listDevices();
 /// Requirements for a context.
 struct ContextRequest {
     std::string backend = "auto";  ///< "auto", or the name of a backend
-    DeviceChoice device{};         ///< one of listDevices(), of any backend
+    DeviceChoice device{};         ///< choice among the devices of all backends
     bool require_gpu = false;      ///< whether to refuse software renderers
     bool core_only = false;        ///< whether to use OpenGL 4.5 core without extensions
 

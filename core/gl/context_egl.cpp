@@ -28,10 +28,10 @@ struct EglLibrary {
     PFNEGLDESTROYCONTEXTPROC destroy_context = nullptr;
     PFNEGLMAKECURRENTPROC make_current = nullptr;
     PFNEGLGETERRORPROC get_error = nullptr;
-    PFNEGLQUERYDEVICESEXTPROC query_devices = nullptr;             // may be missing
-    PFNEGLQUERYDEVICESTRINGEXTPROC query_device_string = nullptr;  // may be missing
-    PFNEGLQUERYDEVICEATTRIBEXTPROC query_device_attrib = nullptr;  // may be missing
-    PFNEGLQUERYDEVICEBINARYEXTPROC query_device_binary = nullptr;  // may be missing
+    PFNEGLQUERYDEVICESEXTPROC query_devices = nullptr;             // null if EGL lacks the function
+    PFNEGLQUERYDEVICESTRINGEXTPROC query_device_string = nullptr;  // null if EGL lacks the function
+    PFNEGLQUERYDEVICEATTRIBEXTPROC query_device_attrib = nullptr;  // null if EGL lacks the function
+    PFNEGLQUERYDEVICEBINARYEXTPROC query_device_binary = nullptr;  // null if EGL lacks the function
     PFNEGLGETPLATFORMDISPLAYEXTPROC get_platform_display = nullptr;
     std::string client_extensions;
     std::string problem;
@@ -272,7 +272,7 @@ void numberForCuda(std::vector<Listed>& devices) {
         all.push_back({devices[i].ordinal, devices[i].device.uuid});
         positions.push_back(i);
     }
-    // If no device has an ordinal, there is no CUDA.
+    // If no device has an ordinal, CUDA is not available.
     if (std::none_of(all.begin(), all.end(), [](const CudaDevice& gpu) { return gpu.ordinal; }))
         return;
     const auto variable = cudaVisibleDevices();

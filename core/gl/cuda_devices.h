@@ -11,7 +11,7 @@ namespace peeler::gl {
 
 /// A GPU with a CUDA number.
 struct CudaDevice {
-    std::optional<int> ordinal;  ///< nullopt if the driver does not report it
+    std::optional<int> ordinal;  ///< nullopt if the driver does not report the ordinal
     std::string uuid;            ///< "8932f937-d72c-4106-c12f-20bd9faed9f6"; empty if unknown
 };
 

@@ -154,24 +154,25 @@ void waitForGpu(const Functions& gl);
 /// any other GL error. `stage` names the stage in the message.
 void checkErrors(const Functions& gl, const std::string& stage);
 
-/// The depth test. Reversed Z: nearer is greater.
+/// The depth test. Z is reversed: nearer fragments have greater depths.
 enum class DepthTest {
     kOff,
-    kNearest,   ///< the nearest fragment; among equal depths, the first drawn
-    kFarthest,  ///< the farthest fragment; among equal depths, the last drawn
+    kNearest,   ///< keeps the nearest fragment; among equal depths, the first drawn
+    kFarthest,  ///< keeps the farthest fragment; among equal depths, the last drawn
     kReplace,   ///< every fragment passes and sets the depth
-    kInFront    ///< read-only: fragments behind the buffer's depth fail
+    kInFront    ///< rejects fragments behind the buffer's depth; writes no depth
 };
 
 /// Blending of a pass's output with a colour attachment. Colours are premultiplied.
 enum class Blend : std::uint8_t {
     kOff,
-    kMax,            ///< maximum of every component
-    kAdd,            ///< sum
-    kOver,           ///< over: dst = src + (1 − src.a)·dst
-    kOverByOpacity,  ///< over, by the shader's second output: dst = src + (1 − src1)·dst
-    kOverByItself,   ///< over, of opacities: dst = src + (1 − src)·dst
-    kUnder,          ///< under: dst += (1 − dst.a)·src
+    kMax,   ///< maximum of every component
+    kAdd,   ///< sum
+    kOver,  ///< over: dst = src + (1 − src.a)·dst
+    /// Over, with opacity from the shader's second output: dst = src + (1 − src1)·dst.
+    kOverByOpacity,
+    kOverByItself,  ///< over, for opacity channels: dst = src + (1 − src)·dst
+    kUnder,         ///< under: dst += (1 − dst.a)·src
 };
 
 /// The maximum number of colour attachments of a pass.
@@ -182,11 +183,12 @@ inline constexpr std::size_t kMaxAttachments = 5;
 struct PassState {
     GLuint framebuffer = 0;
     int viewport_width = 0, viewport_height = 0;
-    int scissor_x = 0, scissor_y = 0, scissor_width = 0, scissor_height = 0;  ///< y up
+    /// Scissor rectangle in pixels; y increases upwards.
+    int scissor_x = 0, scissor_y = 0, scissor_width = 0, scissor_height = 0;
     DepthTest depth_test = DepthTest::kOff;
     /// Keeps geometry in front of the near plane and behind the far plane.
     bool depth_clamp = false;
-    std::array<Blend, kMaxAttachments> blend{};  ///< of each colour attachment
+    std::array<Blend, kMaxAttachments> blend{};  ///< blending with each colour attachment
 };
 /// Sets the whole state.
 void apply(const Functions& gl, const PassState& state);

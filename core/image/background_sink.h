@@ -28,11 +28,12 @@ class BackgroundSink final : public Sink {
     void begin(const Plan& plan) override { sink_->begin(plan); }
     void write(LayeredImage&& band) override;
     void finish() override;
-    /// Waits until everything is written and finished.
+    /// Waits until all bands are written and finish() has completed.
     void wait();
 
     SinkMemory memory(const Plan& plan) const override;
-    StageTimes times() const override { return sink_->times(); }  ///< valid only after wait()
+    /// Returns the sink's times. Valid only after wait().
+    StageTimes times() const override { return sink_->times(); }
     /// Returns the time when finish() completed. Valid only after wait().
     std::chrono::steady_clock::time_point finishedAt() const { return finished_at_; }
 

@@ -22,7 +22,7 @@ class BoxFilter {
     /// Adds the next row of the source, top to bottom.
     void addRow(std::span<const Pixel> row);
 
-    /// Row-major; complete after the last row.
+    /// Returns the result, row-major. It is complete after the last row.
     const std::vector<Pixel>& pixels() const { return pixels_; }
 
   private:

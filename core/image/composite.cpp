@@ -101,7 +101,7 @@ float averageCoverage(float sum, float n) {
 }
 
 Color average(const Color& sum, float n) {
-    // No opacity, as for reflections on glass.
+    // Light without opacity, such as a reflection on glass.
     if (!(sum[3] > 0)) return {sum[0], sum[1], sum[2], 0};
     const float covered = averageCoverage(sum[3], n);
     const float scale = covered / sum[3];

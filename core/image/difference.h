@@ -35,20 +35,21 @@ struct DifferenceStatistics {
 struct FragmentDifference {
     /// Fragments that are in both pictures, or only in one.
     std::uint64_t both = 0, only_a = 0, only_b = 0;
-    DifferenceStatistics depth;  ///< of fragments in both pictures
-    DifferenceStatistics color;  ///< premultiplied R, G, B, A, each one a value;
-                                 ///< AR, AG, AB, too, if one picture has them
+    DifferenceStatistics depth;  ///< differences of Z between fragments in both pictures
+    /// Differences of the premultiplied components R, G, B and A, and of AR, AG and AB if one
+    /// picture has them. Each component is one value.
+    DifferenceStatistics color;
 
     void merge(const FragmentDifference& later);
 };
 
 struct LayeredDifference {
     std::uint64_t pixels = 0;
-    std::uint64_t count_pixels = 0;   ///< pixels with different numbers of fragments
+    std::uint64_t count_pixels = 0;   ///< number of pixels whose numbers of fragments differ
     std::uint32_t largest_count = 0;  ///< largest difference in a pixel's number of fragments
     FragmentDifference all;
-    std::vector<FragmentDifference> layers;  ///< front to back
-    DifferenceStatistics composite;          ///< of the composites without background
+    std::vector<FragmentDifference> layers;  ///< differences of each layer, front to back
+    DifferenceStatistics composite;          ///< differences of the composites without background
 
     void merge(const LayeredDifference& later);
 };

@@ -19,10 +19,11 @@ using Color = std::array<float, 4>;
 
 // kContrastShare and kLeastContrast are "high quality" and "visible limit" in the white paper.
 constexpr float kContrastShare = 1.0F / 8;   ///< minimum contrast as a share of the largest luma
-constexpr float kLeastContrast = 1.0F / 32;  ///< absolute minimum contrast
+constexpr float kLeastContrast = 1.0F / 32;  ///< minimum contrast as an absolute luma difference
 /// The change of luma that ends an edge, as a share of the contrast across the edge.
 constexpr float kEndShare = 1.0F / 4;
-constexpr float kSubpixel = 0.75F;  ///< maximum blend of an isolated pixel; the default of 3.11
+/// Maximum blend of an isolated pixel (the default in FXAA 3.11).
+constexpr float kSubpixel = 0.75F;
 
 /// The difference of a pixel on a straight edge from its surroundings, as a share of the contrast.
 /// Includes rounding.
@@ -94,7 +95,7 @@ struct Neighbourhood {
         se = luma[p + Pixel{1, 1}];
     }
 
-    /// Return the contrast across rows, and across columns ("Edge detection").
+    /// Return the contrast across rows and the contrast across columns ("Edge detection").
     float acrossRows() const {
         return std::abs((nw + sw) - 2 * w) + std::abs((ne + se) - 2 * e) +
                2 * std::abs((n + s) - 2 * m);
@@ -124,8 +125,8 @@ struct Neighbourhood {
 /// The end of an edge: the first pair of pixels on both sides of the edge that differs from the
 /// pair where the search begins.
 struct EdgeEnd {
-    int distance;  ///< in pixels; kFxaaReach + 1 if no pair differs
-    float change;  ///< mean luma of this pair minus that of the start
+    int distance;  ///< distance to the pair, in pixels; kFxaaReach + 1 if no pair differs
+    float change;  ///< mean luma of the pair minus the mean luma where the search begins
 };
 
 /// Searches for the end of the edge between p and p + across ("End-of-edge search").
@@ -236,7 +237,8 @@ class Filter {
 
     const CompositeImage& picture_;
     Luma dark_;
-    std::optional<Luma> light_;  ///< empty if the background is opaque
+    /// Luma with white behind the background; empty if the background is opaque.
+    std::optional<Luma> light_;
 };
 
 }  // namespace
@@ -263,14 +265,15 @@ namespace {
 
 // Bytes to filter at once: enough to keep many threads busy, here and in the encoder.
 constexpr std::uint64_t kSliceBytes = 32U << 20;
-constexpr int kLeastSlice = 16, kMostSlice = 256;  // rows
+constexpr int kLeastSlice = 16, kMostSlice = 256;  // minimum and maximum number of rows per slice
 
 // Return the bytes per pixel of rows to keep, and of filtered rows.
 std::uint64_t keptBytes(bool tinted) {
-    return CompositeImage::pixelBytes(tinted) + 2 * sizeof(float);  // plus two lumas
+    return CompositeImage::pixelBytes(tinted) + 2 * sizeof(float);  // pixel and two lumas
 }
 std::uint64_t filteredBytes(bool tinted) {
-    return 2 * CompositeImage::pixelBytes(tinted) + sizeof(std::uint32_t);  // plus a layer
+    // Pixels of filtered_ and layer_, and a list offset.
+    return 2 * CompositeImage::pixelBytes(tinted) + sizeof(std::uint32_t);
 }
 
 void dropRowsAbove(int y, CompositeImage& image) {

@@ -60,9 +60,9 @@ class FxaaFilter : public Sink {
     Window crop_;
     bool tinted_ = false;       ///< whether opacity is coloured
     int slice_rows_ = 0;        ///< maximum number of rows to filter at once
-    int next_row_ = 0;          ///< the first row that has not been passed on
-    CompositeImage composite_;  ///< of the current band
-    CompositeImage kept_;       ///< rows of the current and of earlier bands
+    int next_row_ = 0;          ///< first row that has not been passed to next_
+    CompositeImage composite_;  ///< composite of the current band
+    CompositeImage kept_;       ///< rows that are still needed, from this band and earlier ones
     CompositeImage filtered_;
     LayeredImage layer_;
     StageTimes times_;

@@ -29,7 +29,7 @@ void keepFragments(LayeredImage& image, Keep&& keep) {
     std::uint32_t kept = 0;
     for (std::size_t pixel = 0; pixel + 1 < image.offsets.size(); ++pixel) {
         const std::uint32_t first = image.offsets[pixel], count = image.count(pixel);
-        // Only the starts of later lists are still needed.
+        // This entry can be overwritten: the loop reads only the offsets of later pixels.
         image.offsets[pixel] = kept;
         for (std::uint32_t k = 0, end = 0; k < count; k = end + 1) {
             end = k;

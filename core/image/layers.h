@@ -41,7 +41,7 @@ class DepthComplexity {
 
   private:
     Window crop_;
-    std::vector<Window> windows_;           // by layer
+    std::vector<Window> windows_;           // window of each layer
     std::vector<std::uint64_t> histogram_;  // number of pixels for each number of layers
     std::vector<std::uint64_t> row_fragments_;
     std::uint64_t counted_ = 0;
@@ -51,7 +51,7 @@ class DepthComplexity {
 /// `listed` (empty = all).
 struct LayerSelection {
     std::uint32_t nearest = 0;
-    std::vector<bool> listed{};  ///< by layer; layers past the end are not selected
+    std::vector<bool> listed{};  ///< whether each layer is listed; layers beyond the end are not
 
     bool all() const { return nearest == 0 && listed.empty(); }
     bool holds(std::size_t layer) const {
@@ -66,7 +66,7 @@ void keepLayers(LayeredImage& image, const LayerSelection& selection);
 
 /// A set of ids: the ids in `listed` or, if `others`, all ids that are not in `listed`.
 struct IdSet {
-    std::vector<std::uint32_t> listed{};  ///< ascending
+    std::vector<std::uint32_t> listed{};  ///< ids in ascending order
     bool others = true;
 
     bool all() const { return others && listed.empty(); }

@@ -78,7 +78,7 @@ std::vector<std::uint32_t> PixelRuns::columnCounts(int height) const {
             inside[(x + i) * rows + y] = 1;
     }
     std::vector<std::uint32_t> counts;
-    std::uint32_t end = 0;  // end of the previous run inside the set
+    std::uint32_t end = 0;  // the pixel after the previous run of set pixels
     for (int x = box.x0; x < box.x1; ++x) {
         for (int y = box.y0; y < box.y1; ++y) {
             const auto at =
@@ -122,7 +122,7 @@ std::vector<std::uint16_t> ObjectLayers::layer(std::uint32_t index) const {
 /// The ids of a band's fragments.
 struct ObjectMaskSink::Ids {
     FragmentChannel owner{};     ///< node or material id
-    FragmentChannel instance{};  ///< only if instances are separate objects
+    FragmentChannel instance{};  ///< instance number; used only if instances are separate objects
 
     std::uint32_t numberOf(const ObjectTable& table, std::size_t fragment) const {
         const std::uint32_t id = owner.id(fragment);
@@ -134,8 +134,8 @@ struct ObjectMaskSink::Ids {
 
 struct ObjectMaskSink::Pixel {
     std::size_t begin = 0, end = 0;  ///< range of the pixel's fragments
-    int x = 0, y = 0;                ///< relative to the picture's upper left corner
-    std::uint64_t of_canvas = 0;     ///< index in the canvas, from 1
+    int x = 0, y = 0;                ///< position relative to the picture's upper left corner
+    std::uint64_t of_canvas = 0;     ///< index of the pixel in the canvas, counted from 1
     bool inside = false;             ///< whether the pixel is in the picture
     std::uint32_t of_picture = 0;
 };

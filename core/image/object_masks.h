@@ -15,7 +15,8 @@ namespace peeler {
 
 /// A map from fragments to objects, based on the fragments' channel `id`.
 struct ObjectTable {
-    bool by_material = false;  ///< whether to use id.material; otherwise id.object, the node
+    /// Whether objects are materials (id.material) instead of nodes (id.object).
+    bool by_material = false;
     /// whether each instance is an object, numbered from its node's number
     bool instances_apart = false;
     /// The object number of each node or material, counted from 1; 0 = no object.
@@ -59,7 +60,7 @@ class PixelRuns {
   private:
     std::uint32_t width_ = 0;
     std::uint64_t count_ = 0;
-    /// A deque grows without a second copy in memory.
+    /// A deque, because growing it copies nothing.
     std::deque<Run> runs_;
 };
 

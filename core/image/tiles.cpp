@@ -136,7 +136,7 @@ std::optional<Window> joinTiles(std::span<const LayeredImage> tiles, const Windo
             if (out.fragments() + count > std::numeric_limits<std::uint32_t>::max()) {
                 throw Error(ErrorKind::kMemory, "a band has more than 2^32 fragments");
             }
-            // May wrap around; the sums below wrap back.
+            // Unsigned arithmetic: `base` may wrap around, and the sums below wrap back.
             const auto base = static_cast<std::uint32_t>(out.fragments() - first);
             for (std::size_t i = 1; i <= end - begin; ++i)
                 out.offsets.push_back(base + tile.offsets[pixel + i]);

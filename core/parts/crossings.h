@@ -20,8 +20,8 @@ inline constexpr double kTouching = 1e-6;
 /// The relation between two triangles.
 enum class Meeting : std::uint8_t {
     kApart,
-    kTouch,  ///< have common points, but do not pass through each other
-    kCross,  ///< pass through each other, or overlap in one plane
+    kTouch,  ///< the triangles share points but do not pass through each other
+    kCross,  ///< the triangles pass through each other, or overlap in one plane
 };
 
 /// Returns the relation between two triangles that share at most two corners. Compares their

@@ -211,7 +211,8 @@ FreeArea::Place FreeArea::moved(const Place& from, const glm::dvec2& at,
 double FreeArea::inCell(const Polygon& cell, const std::vector<Line>& lines, const Place& known,
                         int depth) {
     limit_.take(1 + lines.size());
-    if (static_cast<std::size_t>(std::abs(known.winding)) > lines.size()) return 0;  // covered
+    // The whole cell is covered.
+    if (static_cast<std::size_t>(std::abs(known.winding)) > lines.size()) return 0;
     if (lines.empty()) return areaOf(cell);
     if (depth == kMostHalvings || limit_.exceeded()) return 0;
     if (lines.size() <= kFewLines) return inTrapezoids(cell, lines, known);

@@ -30,7 +30,7 @@ class FreeArea {
     double of(std::uint32_t triangle);
 
   private:
-    using Polygon = std::vector<glm::dvec2>;  ///< convex
+    using Polygon = std::vector<glm::dvec2>;  ///< corners of a convex polygon
     /// A segment along which another triangle crosses the plane. The winding number in front of the
     /// plane is greater by one to the left of the segment.
     struct Line {

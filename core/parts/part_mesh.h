@@ -18,11 +18,12 @@ inline constexpr std::uint32_t kNoTriangle = std::numeric_limits<std::uint32_t>:
 
 /// Triangles without materials, in double precision and world space.
 struct PartMesh {
-    using Triangle = std::array<std::uint32_t, 3>;  ///< counter-clockwise on the front
+    /// Corners, counter-clockwise as seen from the front.
+    using Triangle = std::array<std::uint32_t, 3>;
 
     std::vector<glm::dvec3> points;
-    std::vector<Triangle> triangles;  ///< each with three different corners
-    std::uint64_t degenerate = 0;     ///< omitted triangles: two of their corners coincide
+    std::vector<Triangle> triangles;  ///< triangles with three different corners
+    std::uint64_t degenerate = 0;  ///< number of omitted triangles, which have coincident corners
 
     std::array<glm::dvec3, 3> corners(std::size_t triangle) const {
         const Triangle& t = triangles[triangle];
@@ -64,7 +65,7 @@ struct PartEdge {
 
 /// A shell: triangles connected by edges that exactly two triangles share.
 struct PartShell {
-    std::uint32_t first = 0;  ///< the shell's largest triangle
+    std::uint32_t first = 0;  ///< index of the shell's largest triangle
     std::uint64_t triangles = 0;
     std::uint64_t open_edges = 0;
     bool orientable = true;
@@ -76,13 +77,13 @@ struct PartShell {
 
 /// The topology of a mesh.
 struct PartTopology {
-    std::vector<PartEdge> open;     ///< edges of an odd number of triangles, mostly one
-    std::vector<PartEdge> crowded;  ///< edges of more than two triangles
-    std::uint64_t holes = 0;        ///< groups of open edges that share points
+    std::vector<PartEdge> open;  ///< edges that belong to an odd number of triangles, usually one
+    std::vector<PartEdge> crowded;  ///< edges that belong to more than two triangles
+    std::uint64_t holes = 0;        ///< number of groups of open edges that share points
     /// Triangles that face against the majority of their shell.
     std::vector<std::uint32_t> turned;
     std::vector<PartShell> shells;
-    std::vector<std::uint32_t> shell_of;  ///< per triangle
+    std::vector<std::uint32_t> shell_of;  ///< index of each triangle's shell
     /// Per triangle and side (from corner i to i + 1): the triangle across the side, or kNoTriangle
     /// unless there is exactly one.
     std::vector<std::array<std::uint32_t, 3>> beyond;

@@ -16,11 +16,11 @@ namespace peeler {
 /// The role of a shell within its mesh. It follows from the sign of the shell's volume (negative if
 /// the shell faces inwards) and the number of shells around it.
 enum class ShellSide : std::uint8_t {
-    kOpen,       ///< open or not orientable, so it has no inside
-    kFlat,       ///< its two sides touch, so it encloses nothing
+    kOpen,       ///< the shell is open or not orientable, so it has no inside
+    kFlat,       ///< the shell's two sides touch, so it encloses nothing
     kOutside,    ///< boundary of a body: faces outwards, an even number of shells around it
     kCavity,     ///< inner surface of a cavity: faces inwards, an odd number of shells around it
-    kInsideOut,  ///< faces inwards, an even number of shells around it
+    kInsideOut,  ///< the shell faces inwards although an even number of shells surround it
     kInside,     ///< faces outwards, an odd number of shells around it: bodies overlap
 };
 

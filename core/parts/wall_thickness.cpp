@@ -123,7 +123,7 @@ struct FacePair {
     glm::dvec3 at{0};  ///< point on the first face at the minimum distance
     glm::dvec3 middle{0};
     std::uint32_t triangle = 0;
-    std::uint32_t number = 0;  ///< position in the order of visits from the first face
+    std::uint32_t number = 0;  ///< position of the second face in the order of visits
 
     bool operator<(const FacePair& other) const {
         return std::tie(least, triangle, number) <

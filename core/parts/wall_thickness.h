@@ -16,7 +16,7 @@ namespace peeler {
 /// A wall at its thinnest point.
 struct Wall {
     double thickness = 0;       ///< scene units
-    glm::dvec3 from{0}, to{0};  ///< on the two sides of the wall, world space
+    glm::dvec3 from{0}, to{0};  ///< ends on the two sides of the wall, world space
     std::uint32_t triangle = 0, opposite = 0;
 };
 
@@ -31,8 +31,8 @@ inline constexpr double kWallTolerance = 1e-4;
 /// The result of a search for the thinnest wall.
 struct FoundWall {
     std::optional<Wall> wall;  ///< nullopt if no two faces have a wall between them
-    bool certain = true;  ///< false: the search was cut short, because it took too many steps; a
-                          ///< thinner wall may exist
+    /// False if the search exceeded its step limit. Then a thinner wall may exist.
+    bool certain = true;
 };
 
 /// Finds the thinnest wall. Thickness is measured from a surface point straight into the material,

@@ -15,7 +15,7 @@ struct Attachment {
     Blend blend;
     std::uint64_t bytes;  // per pixel
 };
-// In framebuffer order.
+// The attachments, in framebuffer order.
 constexpr Attachment kAttachments[] = {{CompositeTargets::kFront, Blend::kUnder, 16},
                                        {CompositeTargets::kBack, Blend::kOver, 16},
                                        {CompositeTargets::kTail, Blend::kAdd, 16},
@@ -106,7 +106,8 @@ int CompositeTargets::addFragments(SceneRasterizer& rasterizer, const Window& ar
                      .framebuffer = framebuffer(rasterizer, parts),
                      .blend = blending(parts)},
                     area);
-    rasterizer.functions().MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);  // makes depths visible
+    // Makes the depths visible to later passes.
+    rasterizer.functions().MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
     return 1;
 }
 
@@ -124,7 +125,7 @@ int CompositeTargets::drawUnsorted(SceneRasterizer& rasterizer, const Window& ar
                          .blend = {blended ? blend : Blend::kOff}},
                         area);
         rasterizer.functions().MemoryBarrier(
-            GL_SHADER_STORAGE_BARRIER_BIT);  // makes list heads and depths visible
+            GL_SHADER_STORAGE_BARRIER_BIT);  // makes list heads and depths visible to later passes
     };
     draw(kBack, "", tinted ? Blend::kOverByOpacity : Blend::kOver);
     if (tinted) draw(kBackOpacity, "OPACITY", Blend::kOverByItself);

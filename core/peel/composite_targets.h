@@ -21,13 +21,13 @@ class CompositeTargets {
         kFront = 1,  ///< RGBA, premultiplied
         kBack = 2,   ///< RGBA, premultiplied
         kTail = 4,   ///< RGBA sum of premultiplied colours, and the fragment count
-        // Per channel, for coloured opacity.
+        // Opacity per channel, if opacity is coloured.
         kBackOpacity = 8,
         kTailOpacity = 16
     };
     static std::uint64_t bytes(unsigned parts, std::uint64_t tile_pixels);
 
-    /// Adds the opacities to `parts` if opacity is coloured.
+    /// Returns `parts`, plus their opacity parts if opacity is coloured.
     static unsigned withOpacity(unsigned parts, bool tinted);
 
     /// Allocates textures of the rasterizer's tile size if necessary, and clears `area`.

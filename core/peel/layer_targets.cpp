@@ -46,7 +46,7 @@ void LayerTargets::begin(const SceneRasterizer& rasterizer, const Window& area,
 
 void LayerTargets::beginFinished(const SceneRasterizer& rasterizer, const Window& area) {
     allocate(rasterizer);
-    clear(rasterizer, area, 1, 0, 0xFFFFFFFFU);  // a key that no fragment lies behind
+    clear(rasterizer, area, 1, 0, 0xFFFFFFFFU);  // no fragment lies behind this key
 }
 
 int LayerTargets::peel(SceneRasterizer& rasterizer, const Window& area, std::uint32_t layers,

@@ -16,9 +16,9 @@ namespace peeler {
 /// A direction of peeling: from the front or from behind.
 struct PeelDirection {
     bool nearest_first;
-    std::string_view definitions;  ///< for peel_layer.frag
+    std::string_view definitions;  ///< definitions for peel_layer.frag
     gl::DepthTest depth_test;      ///< selects the next fragment beyond the previous layer
-    float first_depth;             ///< the key before the first layer
+    float first_depth;             ///< depth of the key before the first layer
     GLuint first_primitive;
     float empty_depth;  ///< depth of a pixel without the layer; its primitive is 0
 };
@@ -62,7 +62,7 @@ class LayerTargets {
                   const Take& take);
 
     GLuint framebuffer(int i, Attachments attachments) const;
-    /// Binds side `i` for shaders as the previous layer.
+    /// Binds the key of side `i` as the previous layer that shaders read.
     void bindForReading(const gl::Functions& gl, int i) const;
     /// Returns the side that holds the last of `layers` layers.
     static int sideOf(std::uint32_t layers) { return static_cast<int>((layers + 1) % 2); }
@@ -86,7 +86,7 @@ class LayerTargets {
         gl::Framebuffer key, key_and_color;
     };
     std::array<Side, 2> sides_;
-    gl::Texture color_, opacity_;  ///< opacity_ is only for coloured opacity
+    gl::Texture color_, opacity_;  ///< opacity_ exists only if opacity is coloured
     gl::Framebuffer color_only_;
     Window size_;
 };

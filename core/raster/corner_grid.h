@@ -108,8 +108,9 @@ class CornerPlacement {
 
     bool perspective_;
     double nearest_;
-    glm::dvec2 middle_;  // grid position of the axis; if orthographic, x_ and y_ include it
-    std::array<double, 4> x_, y_, z_;  // rows of the matrix
+    // Grid position of the axis. For an orthographic camera, x_ and y_ include this position.
+    glm::dvec2 middle_;
+    std::array<double, 4> x_, y_, z_;  // rows of the transform to grid x, grid y and camera Z
 };
 
 /// Rounds a placed corner that is on the grid.

@@ -24,10 +24,10 @@ struct HitRow {
     bool perspective = false;
     /// Offset of each ray's first hit. The row's first offset may be any number.
     std::span<const std::uint32_t> offsets;
-    std::uint32_t end = 0;  ///< the offset after the row's last hit
-    float* z = nullptr;     ///< Z, one per hit of the row
+    std::uint32_t end = 0;  ///< offset after the row's last hit
+    float* z = nullptr;     ///< Z of each hit
     std::uint32_t* keys = nullptr;
-    float* slopes = nullptr;  ///< two per hit (LayeredImage::color); null if not requested
+    float* slopes = nullptr;  ///< two slopes per hit (LayeredImage::color); null if not requested
     /// Factor from the change of planar depth per pixel to a slope (slopeScale()).
     double slope_scale = 0;
 
@@ -64,8 +64,9 @@ class HitSorter {
     void sortLists(const HitRow& row);
     void sortLong(const HitRow& row, std::uint32_t begin, std::uint32_t end);
 
-    std::vector<double> hits_;                  // packed by pack()
-    std::vector<std::uint32_t> counts_, next_;  // per ray; next_: the offset of the ray's next hit
+    std::vector<double> hits_;  // hits of a row, as packed by pack()
+    // For each ray: the number of hits, and the offset of the next hit.
+    std::vector<std::uint32_t> counts_, next_;
     std::vector<ListColumn> columns_ = std::vector<ListColumn>(kMostAtOnce);  // lists being sorted
     SortLists sort_ = sortListsFor();
 };

@@ -27,15 +27,16 @@
 namespace peeler {
 namespace {
 
-constexpr int kMostSide = 65536;   // spans hold columns in 16 bits
-constexpr int kRowsAtOnce = 8;     // maximum rows per task
-constexpr int kGroupsAThread = 4;  // groups of rows of a band per thread, for load balancing
+// The maximum number of columns, since spans store columns in 16 bits.
+constexpr int kMostSide = 65536;
+constexpr int kRowsAtOnce = 8;     // maximum number of rows per task
+constexpr int kGroupsAThread = 4;  // groups of rows per thread and band, for load balancing
 // The maximum bytes of spans. Under a memory budget, spans also get at most 1 / kSpanShare of the
 // remaining memory. Scenes that need more are processed section by section.
 constexpr std::uint64_t kSpanBytes = std::uint64_t{2} << 30;
 constexpr std::uint64_t kSpanShare = 2;
 constexpr std::uint64_t kLeastSpanBytes = std::uint64_t{4} << 20;
-constexpr std::uint64_t kLeastBandBytes = std::uint64_t{16} << 20;  // reserved for bands
+constexpr std::uint64_t kLeastBandBytes = std::uint64_t{16} << 20;  // memory reserved for bands
 // The maximum bytes of a band. Small bands keep their reused memory in the cache. They cost no more
 // than large bands, since hits are computed from spans.
 constexpr std::uint64_t kBandBytes = std::uint64_t{4} << 20;
@@ -100,8 +101,8 @@ struct HitRasterizer::State {
     SceneTriangles triangles;
     SpanStore store;
     StageTimes times;
-    std::shared_ptr<HitPlan> shown;  // plan being planned or captured
-    Window held;                     // section whose spans are in the store
+    std::shared_ptr<HitPlan> shown;  // the plan that is being planned or captured
+    Window held;                     // the section whose spans are in the store
     ObjectPool<HitSorter> sorters;
     LayeredImage image;
 };

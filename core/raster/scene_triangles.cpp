@@ -108,7 +108,7 @@ class BlockWalk {
     /// A triangle that may cover rays.
     struct Candidate {
         std::uint32_t element = 0;
-        Vertices vertex{};  // in an order independent of the first listed vertex
+        Vertices vertex{};  // vertex indices, sorted by position unless the triangle is clipped
     };
     /// A row of a candidate. It may be empty.
     struct Row {

@@ -37,7 +37,8 @@ struct TrianglePiece {
     bool mirrored = false, double_sided = false;
     const AlphaTest* alpha = nullptr;  ///< null if there is no alpha test
     std::uint32_t first_key = 0;
-    std::uint64_t first = 0;  ///< index of the piece's first triangle; pieces are sorted by it
+    /// Index of the piece's first triangle. Pieces are sorted by this index.
+    std::uint64_t first = 0;
     std::uint32_t triangles = 0;
     std::size_t first_corner = 0;  ///< index of the piece's first vertex in the batch
 };
@@ -73,7 +74,7 @@ class SceneTriangles {
     std::vector<TrianglePiece> pieces_;
     std::vector<Batch> batches_;
     std::size_t blocks_ = 0, most_corners_ = 0;
-    std::vector<SnappedCorner> corners_;  // of the current batch
+    std::vector<SnappedCorner> corners_;  // snapped vertices of the current batch
 };
 
 }  // namespace peeler

@@ -16,7 +16,7 @@ namespace peeler {
 /// A run of neighbouring rays in a row that hit the same triangle.
 struct Span {
     std::uint32_t triangle = 0;         ///< index into HitTriangles
-    std::uint16_t first = 0, last = 0;  ///< columns relative to the crop's first column
+    std::uint16_t first = 0, last = 0;  ///< columns, counted from the crop's first column
 };
 
 /// A hit triangle's key and depth. At the ray of pixel (x, y) of the picture, planar depth
@@ -111,7 +111,7 @@ class SpanWriter {
             __builtin_prefetch(reinterpret_cast<const std::byte*>(chunk) + at);
     }
 
-    std::vector<Span*> first_, next_;  // per row
+    std::vector<Span*> first_, next_;  // for each row: the first chunk, and the end of the spans
     std::byte* free_ = nullptr;        // unused part of the current block
     std::size_t left_ = 0;
 };

@@ -78,7 +78,7 @@ struct SurfacePoint {
     const WorldElement& element;
     const Material& material;
     std::array<double, 3> weight;
-    glm::dvec3 direction;  // direction of the ray, of any length
+    glm::dvec3 direction;  // direction of the ray, not normalised
     glm::dvec3 facet;      // normal of the triangle, toward the ray; not normalised
     double side = 1;       // −1 if the ray hits the back
 

@@ -124,7 +124,7 @@ struct SortedTriangle {
 
     std::array<SnappedCorner, 3> corner;
     std::array<std::uint8_t, 3> which{};  ///< original indices of the corners
-    std::int64_t area = 0;                ///< twice the area; positive: the middle corner is right
+    std::int64_t area = 0;  ///< twice the area; positive if the middle corner is on the right
 };
 
 /// Emits the rays that a triangle covers, row by row, in 64-bit integers.

@@ -77,7 +77,7 @@ Bounds boxIn(const glm::dmat3& frame, const Bounds& bounds) {
 double extentOf(const Bounds& bounds) {
     const glm::dvec3 size = bounds.max - bounds.min;
     const double extent = std::max({size.x, size.y, size.z});
-    return extent > 0 ? extent : 1;  // a single point
+    return extent > 0 ? extent : 1;  // 1 if the scene is a single point
 }
 
 /// Returns a parallel bundle of rays `spacing` apart, around `center`. The bundle begins before
@@ -89,7 +89,7 @@ Bundle latticeBundle(std::string name, const glm::dmat3& frame, const glm::dvec3
                     "give a lower " + Parameter::kResolution + ", a larger " + Parameter::kSpacing +
                         " or smaller " + Parameter::kBounds);
     }
-    const Bounds box = boxIn(frame, scene);  // its z increases backwards
+    const Bounds box = boxIn(frame, scene);  // z increases towards the start of the rays
     const double margin = kEndMargin * extentOf(scene);
     const glm::dvec3 middle = glm::transpose(frame) * center;
     Bundle bundle;

@@ -38,7 +38,7 @@ class Search {
         const auto place = static_cast<std::size_t>(std::ranges::upper_bound(z, at) - z.begin());
         int beyond = 0;
         for (std::size_t i = place; i > 0; --i) {
-            // Considers all coincident hits.
+            // Does not stop between coincident hits.
             if (beyond > kBeyond && z[i - 1] != z[i]) break;
             consider(keys[i - 1], false);
             if (hits_.before.key != 0) ++beyond;

@@ -17,15 +17,15 @@ namespace peeler {
 struct NextHit {
     /// Distance from the point in scene units, 0 or greater; infinite if there is no hit.
     double distance = std::numeric_limits<double>::infinity();
-    std::uint32_t key = 0;  ///< 0: no hit
+    std::uint32_t key = 0;  ///< key of the hit; 0 if there is no hit
 };
 
 /// The nearest hits before and after a point. A surface through the point (up to rounding: 1e-12 of
 /// the coordinates) counts as before the point, at distance 0. Among coincident surfaces, `before`
 /// is the last drawn, and `after` the first drawn.
 struct PointHits {
-    NextHit before;  ///< at point − distance · direction
-    NextHit after;   ///< at point + distance · direction
+    NextHit before;  ///< hit at point − distance · direction
+    NextHit after;   ///< hit at point + distance · direction
 };
 
 /// Returns the pixel of a parallel bundle that contains a point (world space); nullopt if the point

@@ -34,12 +34,13 @@ struct MappedRay;
 /// A row of the table of maps.
 struct RayMapInfo {
     RayMap map;
-    std::string_view name;  ///< as in options; also the channel's name, except for kPathLength
+    /// Name in options. Also the channel's name, except for kPathLength.
+    std::string_view name;
     std::string_view summary;
     PixelType type;  ///< kFloat or kUint
     /// Writes the map's value for a ray; for kPathLength, one value per material.
     void (*evaluate)(const MappedRay& ray, float* out);
-    bool solids = false;  ///< whether the map needs the nesting of solids
+    bool solids = false;  ///< whether the map needs to know how solids are nested
     /// Whether the value is a length; its sum over parallel rays gives a volume.
     bool length = false;
 };
@@ -53,7 +54,7 @@ inline const RayMapInfo& infoOf(RayMap map) {
 }
 
 struct RayMapSettings {
-    std::vector<RayMap> maps;  ///< duplicates count once
+    std::vector<RayMap> maps;  ///< maps to compute; duplicates are ignored
     /// Attenuation coefficients of Scene::materials, per scene unit of length; 0 for materials
     /// beyond the end of the list.
     std::vector<double> attenuation{};
@@ -72,16 +73,16 @@ struct RayMapScratch {
     std::vector<float> t;
     std::vector<RayInterval> inside, other;
     std::vector<SolidSpan> open;
-    std::vector<double> paths;   ///< by path channel
+    std::vector<double> paths;   ///< path length of each path channel
     std::vector<float> values;   ///< values of the ray
     std::vector<float> nothing;  ///< values of a ray without hits
 };
 
 /// An evaluator of a scene's maps. Lengths are in scene units, along the ray.
 ///
-/// Inside solids, the material of a point is that of the innermost solid, which the ray entered
-/// last, at the triangle of entry. So path lengths add up to the thickness. Transmission is exp(−Σ
-/// μ·L) over the path lengths L (Beer–Lambert law).
+/// Inside solids, the material of a point is the material of the triangle at which the ray entered
+/// the innermost solid. So path lengths add up to the thickness. Transmission is exp(−Σ μ·L) over
+/// the path lengths L (Beer–Lambert law).
 class RayMaps {
   public:
     /// `solids` may be null if no map needs it, and must outlive this object.
@@ -106,8 +107,9 @@ class RayMaps {
     const Solids* solids_;
     RayMapSettings settings_;
     std::vector<RayMapChannel> channels_;
-    std::vector<std::size_t> path_materials_;  ///< index into Scene::materials, by path channel
-    std::vector<std::size_t> path_of_;         ///< path channel, by index into Scene::materials
+    /// Material of each path channel (index into Scene::materials).
+    std::vector<std::size_t> path_materials_;
+    std::vector<std::size_t> path_of_;  ///< path channel of each material in Scene::materials
     bool needs_spans_ = false, needs_paths_ = false;
     mutable ObjectPool<RayMapScratch> scratch_;
 };

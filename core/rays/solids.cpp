@@ -12,7 +12,8 @@
 namespace peeler {
 namespace {
 
-using Edge = std::pair<std::uint32_t, std::uint32_t>;  // welded vertices, the smaller first
+// Numbers of two welded vertices, the smaller first.
+using Edge = std::pair<std::uint32_t, std::uint32_t>;
 
 /// The vertices of all primitives of a mesh, welded by position.
 class WeldedMesh {

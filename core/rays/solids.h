@@ -21,8 +21,8 @@ namespace peeler {
 struct Solid {
     std::size_t instance = 0;  ///< index into PosedScene::meshes()
     int node = 0;
-    std::span<const std::size_t> primitives{};  ///< indices in the mesh
-    std::uint64_t triangles = 0;                ///< triangles with three different corners
+    std::span<const std::size_t> primitives{};  ///< indices of the primitives in the mesh
+    std::uint64_t triangles = 0;  ///< number of triangles with three different corners
     std::uint64_t open_edges = 0;
 
     bool closed() const { return open_edges == 0; }
@@ -68,8 +68,9 @@ class Solids {
 
     std::vector<Solid> solids_;
     KeyIndex keys_;                  // a copy, since the draw list may not live as long
-    std::vector<Surface> surfaces_;  // indexed by keys_
-    std::map<std::pair<int, int>, std::vector<Shell>> shells_;  ///< keyed by mesh and deformation
+    std::vector<Surface> surfaces_;  // one for each surface of keys_
+    /// Shells of each mesh and deformation.
+    std::map<std::pair<int, int>, std::vector<Shell>> shells_;
 };
 
 /// An interval of a ray, in t.
@@ -83,15 +84,15 @@ struct RayInterval {
 /// An interval inside one solid.
 struct SolidSpan : RayInterval {
     std::uint32_t solid = 0;  ///< index into Solids::all()
-    std::uint32_t key = 0;    ///< key of the hit where the ray enters
-    std::uint32_t hit = 0;    ///< index of this hit in the ray's hits
+    std::uint32_t key = 0;    ///< key of the hit at which the ray enters
+    std::uint32_t hit = 0;    ///< index of the entering hit among the ray's hits
 };
 
 /// The count of a ray's hits on one solid.
 struct SolidHits {
     std::uint32_t hits = 0;
-    std::uint32_t last = 0;  ///< index of the last hit in the ray's hits
-    std::uint32_t span = 0;  ///< index of the latest span, while find() runs
+    std::uint32_t last = 0;  ///< index of the last hit among the ray's hits
+    std::uint32_t span = 0;  ///< index of the latest span; used only by find()
 
     bool odd() const { return hits % 2 == 1; }
 };
@@ -134,15 +135,15 @@ void uniteSpans(std::span<const SolidSpan> spans, Keep&& keep, std::vector<RayIn
 /// A ray that hits a solid an odd number of times.
 struct OddRay {
     std::size_t bundle = 0;
-    int x = 0, y = 0;  ///< pixel of the bundle's picture
+    int x = 0, y = 0;  ///< the ray's pixel in the bundle's picture
     float z = 0;       ///< camera Z of the last hit, which is unpaired
     bool operator==(const OddRay&) const = default;
 };
 
 struct SolidParity {
-    std::uint64_t rays = 0;     ///< rays that hit the solid
-    std::uint64_t odd = 0;      ///< rays that hit it an odd number of times
-    std::vector<OddRay> first;  ///< the first Parity::kKept of these rays
+    std::uint64_t rays = 0;     ///< number of rays that hit the solid
+    std::uint64_t odd = 0;      ///< number of rays that hit the solid an odd number of times
+    std::vector<OddRay> first;  ///< first Parity::kKept of the odd rays
 };
 
 /// Counts the rays that hit each solid, over bundles, and the rays that hit it an odd number of

@@ -95,9 +95,11 @@ struct VoxelVotes::Line {
     double start, step;  ///< cell coordinate at t = 0, and change of the coordinate per unit of t
     double cells;
     std::uint64_t* words;
-    std::size_t stride;  ///< words between cells; 0: the cells are bits of one line of words
+    /// Number of words from one cell to the next; 0 if the cells are bits of one line of words.
+    std::size_t stride;
     std::uint64_t bit;
-    std::size_t end;  ///< cells with storage, including padding; later crossings are ignored
+    /// Number of cells with storage, including padding. Crossings beyond the end are ignored.
+    std::size_t end;
 
     /// If `marks`, flips the bit of the first cell whose centre is at or after t, if there is one.
     /// `marks` is a parameter because a branch in the caller would be unpredictable.
@@ -213,7 +215,8 @@ void VoxelVotes::addRay(std::span<const float> t, std::span<const std::uint32_t>
             line.cross(t[i], true);
         return;
     }
-    constexpr std::uint8_t kOdd = 1, kInside = 2;  // 1 − (state & kInside): 1 outside, −1 inside
+    // Bits of a solid's state; 1 − (state & kInside) is 1 outside, −1 inside.
+    constexpr std::uint8_t kOdd = 1, kInside = 2;
     for (std::size_t i = 0; i < hits; ++i)
         if (solids[i] != Solids::kNone) states[solids[i]] ^= kOdd;
     // Goes through the hits backwards, because the last hit of a solid with an odd number of hits
@@ -245,7 +248,7 @@ void VoxelVotes::finish() {
     });
     std::atomic<std::uint64_t> occupied{0}, disputed{0};
     parallelFor(ys, [&](std::size_t y) {
-        std::vector<std::uint64_t> inside(words_);  // running parity along x
+        std::vector<std::uint64_t> inside(words_);  // parity of the crossings along x, up to cell x
         std::uint64_t majority = 0;
         for (std::size_t x = 0; x < xs; ++x) {
             std::uint64_t before = 0;  // the previous word's last bit, copied to all 64 bits
@@ -258,7 +261,8 @@ void VoxelVotes::finish() {
                 before = 0 - (c >> (kWordBits - 1));
                 along = (a & b) | (b & c) | (c & a);
                 along_z[at] = a ^ b ^ c;
-                // If there are 1 or 2 votes, exactly one of the two bits is set.
+                // The rays disagree if a cell has 1 or 2 votes. Then exactly one of these bits is
+                // set.
                 along_x[at] = along ^ along_z[at];
             }
             majority += countBits({along_y + (x * ys + y) * words_, words_});

@@ -37,10 +37,11 @@ class ZeroedWords {
     std::unique_ptr<std::uint64_t, Free> words_;
 };
 
-/// Counts, for the centre of every cell, the rays through it (one along each axis) that find it
-/// inside any solid, by parity. The majority of the three rays decides, so a ray misled by an open
-/// edge is outvoted (Nooruddin & Turk 2003, "Simplification and Repair of Polygonal Models Using
-/// Volumetric Techniques", section 3.1). Takes three bits per cell.
+/// Votes on the cells inside solids. Along each axis, one ray goes through the centre of every
+/// cell, and the parity of its hits shows whether the centre is inside any solid. The majority of
+/// the three rays decides, so a ray misled by an open edge is outvoted (Nooruddin & Turk 2003,
+/// "Simplification and Repair of Polygonal Models Using Volumetric Techniques", section 3.1). Takes
+/// three bits per cell.
 class VoxelVotes {
   public:
     /// `lattice` gives corner, spacing and cells. Throws Error (kMemory) if there is not enough
@@ -64,8 +65,10 @@ class VoxelVotes {
     void insideAt(int x, std::span<std::uint8_t> plane) const;
     void votesAt(int x, std::span<std::uint8_t> plane) const;
 
-    std::uint64_t occupied() const { return occupied_; }  ///< cells inside
-    std::uint64_t disputed() const { return disputed_; }  ///< cells on which the rays disagree
+    /// Returns the number of cells inside.
+    std::uint64_t occupied() const { return occupied_; }
+    /// Returns the number of cells on which the three rays disagree.
+    std::uint64_t disputed() const { return disputed_; }
 
     static std::uint64_t cellsOf(const AxisBundles& lattice);
     /// Returns the bytes of the votes.
@@ -76,7 +79,7 @@ class VoxelVotes {
   private:
     struct Scratch {
         std::vector<std::uint32_t> solids;  ///< the solid of each hit of a ray
-        std::vector<std::uint8_t> states;   ///< the state of every solid (addRay())
+        std::vector<std::uint8_t> states;   ///< state of each solid in addRay()
     };
     struct Line;
 
@@ -87,10 +90,11 @@ class VoxelVotes {
     double spacing_;
     glm::ivec3 cells_;
     const Solids& solids_;
-    std::size_t words_;                     ///< number of words in a line along z
-    std::array<ZeroedWords, 3> crossings_;  ///< per axis: marks where rays enter and leave solids
-    ZeroedWords inside_;                    ///< cells with 2 or 3 votes
-    ZeroedWords odd_;  ///< cells with 1 or 3 votes; lines along z ordered by y, then x
+    std::size_t words_;  ///< number of words in a line along z
+    /// For each axis, marks where rays enter and leave solids.
+    std::array<ZeroedWords, 3> crossings_;
+    ZeroedWords inside_;  ///< cells with 2 or 3 votes
+    ZeroedWords odd_;     ///< cells with 1 or 3 votes; lines along z ordered by y, then x
     std::uint64_t occupied_ = 0, disputed_ = 0;
     ObjectPool<Scratch> scratch_;
 };

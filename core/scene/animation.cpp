@@ -88,7 +88,7 @@ void setScale(Trs& trs, const Values& v) {
     trs.scale = {v[0], v[1], v[2]};
 }
 
-/// In the order of AnimatedProperty, except for the weights.
+/// Rows in the order of AnimatedProperty, without a row for weights.
 constexpr struct {
     std::size_t width;
     void (*set)(Trs&, const Values&);

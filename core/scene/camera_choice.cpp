@@ -164,7 +164,7 @@ View builtCamera(const CameraChoice& choice, const SceneExtent& extent) {
                                  ? *choice.ortho_height / 2
                                  : std::tan(glm::radians(choice.fov.value_or(kDefaultFov)) / 2);
     projection.half_width = projection.half_height * aspectOf(view);
-    if (choice.intrinsics) {  // framed as if the axis went through the centre
+    if (choice.intrinsics) {  // framing assumes that the axis goes through the centre
         projection.half_width = view.width / (2 * choice.intrinsics->fx);
         projection.half_height = view.height / (2 * choice.intrinsics->fy);
     }
@@ -181,7 +181,7 @@ View builtCamera(const CameraChoice& choice, const SceneExtent& extent) {
         const double size = sceneSize(bounds);
         const auto reached = [&](const glm::dvec3& direction) {
             const double far = extent.reach(target, direction);
-            // The scene is empty.
+            // `far` is not finite if the scene is empty.
             return std::isfinite(far) ? far : 0.5 * size * glm::length(direction);
         };
         const bool centred = choice.target.has_value();

@@ -21,7 +21,7 @@ struct MeshInstance;
 struct Geometry {
     int mesh = 0;
     std::size_t primitive = 0;
-    int deformed = -1;  ///< index into PosedScene::deformed(); -1: vertices of the mesh
+    int deformed = -1;  ///< index into PosedScene::deformed(); −1 for the vertices of the mesh
     bool operator<(const Geometry& other) const {
         return std::tie(mesh, primitive, deformed) <
                std::tie(other.mesh, other.primitive, other.deformed);
@@ -40,18 +40,18 @@ struct Draw {
     bool mirrored = false;              ///< whether front faces are clockwise
     std::uint32_t first_primitive = 0;  ///< key of the first drawn primitive of the first instance
     std::uint32_t instance_keys = 0;    ///< offset between the keys of successive instances
-    std::uint32_t flags = 0;            ///< bits PEELER_HAS_NORMALS …
-    bool opaque = false;                ///< OPAQUE or MASK, and not transmissive
-    bool alpha_tested = false;          ///< whether alpha may reject some of its fragments
-    bool textured_alpha = false;        ///< whether a texture gives the alpha to test
+    std::uint32_t flags = 0;            ///< PEELER_HAS_NORMALS and similar bits
+    bool opaque = false;          ///< whether the material is OPAQUE or MASK, and not transmissive
+    bool alpha_tested = false;    ///< whether fragments may be rejected because of their alpha
+    bool textured_alpha = false;  ///< whether a texture gives the alpha to test
 };
 
 /// The instance, primitive and element of a key.
 struct KeyOrigin {
     std::size_t instance = 0;   ///< index into PosedScene::meshes()
-    std::size_t primitive = 0;  ///< index in the mesh
-    std::uint32_t element = 0;  ///< index in the primitive's points, lines or triangles
-    /// Index in the mesh's points, lines or triangles, primitive after primitive.
+    std::size_t primitive = 0;  ///< index among the mesh's primitives
+    std::uint32_t element = 0;  ///< index among the primitive's points, lines or triangles
+    /// Index among the mesh's points, lines or triangles, primitive after primitive.
     std::uint32_t in_mesh = 0;
 };
 
@@ -60,7 +60,7 @@ struct DrawnSurface {
     std::uint32_t first_key = 0;
     std::uint32_t in_mesh = 0;    ///< KeyOrigin::in_mesh of the first key
     std::uint32_t instance = 0;   ///< index into PosedScene::meshes()
-    std::uint32_t primitive = 0;  ///< index in the mesh
+    std::uint32_t primitive = 0;  ///< index among the mesh's primitives
 };
 
 /// An index from keys to surfaces.

@@ -19,7 +19,7 @@ std::uint64_t elementsOf(const Primitive& primitive);
 
 /// The vertices of an element.
 struct Corners {
-    int count = 0;  ///< 1 to 3
+    int count = 0;  ///< number of vertices, 1 to 3
     std::array<std::size_t, 3> vertex{};
 };
 
@@ -35,7 +35,7 @@ struct WorldElement {
     const Primitive* primitive = nullptr;
     // Set by placeCorners().
     Corners corners;
-    std::array<glm::dvec3, 3> corner{};  ///< world space
+    std::array<glm::dvec3, 3> corner{};  ///< positions of the corners, world space
 
     /// Returns the normal, on the side from which the triangle is counter-clockwise in the mesh.
     /// Its length is twice the triangle's area; 0 for lines and points.
@@ -65,7 +65,7 @@ class RecentElements {
   public:
     struct Entry {
         std::uint32_t key = 0;  ///< 0 if the entry is empty
-        WorldElement element;   ///< includes its corners, if requested
+        WorldElement element;   ///< the element, with its corners if they are requested
         glm::dvec3 normal{0};   ///< WorldElement::normal()
         glm::dvec3 unit{0};     ///< unit vector along `normal`; 0 if `normal` is 0
     };
@@ -82,7 +82,8 @@ class RecentElements {
     }
 
   private:
-    static constexpr std::size_t kEntries = 512;  ///< few enough to fit a core's cache
+    /// Number of entries, few enough to fit a core's cache.
+    static constexpr std::size_t kEntries = 512;
 
     void find(std::uint32_t key, Entry& entry) const;
 

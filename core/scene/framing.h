@@ -18,7 +18,7 @@ namespace peeler {
 /// The extent of a scene, at one moment or over its animations.
 class SceneExtent {
   public:
-    /// Measures the vertices at one moment.
+    /// Measures the vertices in this pose.
     explicit SceneExtent(const PosedScene& posed);
 
     /// Measures these animations from the first key to the last, by the bounding boxes at up to 24
@@ -40,8 +40,8 @@ class SceneExtent {
     double facing(const glm::dvec3& direction) const;
 
   private:
-    std::optional<PosedScene> posed_;  ///< at the first moment
-    bool moves_ = false;               ///< whether boxes_ replace the vertices
+    std::optional<PosedScene> posed_;  ///< the scene at the first moment
+    bool moves_ = false;               ///< whether boxes_ are measured instead of vertices
     std::vector<Bounds> boxes_;
 };
 

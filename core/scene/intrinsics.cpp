@@ -17,7 +17,8 @@ namespace {
 
 /// The position of a picture, along one dimension, in a larger picture that is centred on the axis.
 struct OffCentre {
-    int whole = 0, first = 0;  ///< size of the larger picture; index of the picture's first pixel
+    /// Size of the larger picture, and index of the picture's first pixel in it.
+    int whole = 0, first = 0;
     double sample = 0;         ///< sample position in each pixel
     bool operator==(const OffCentre&) const = default;
 };

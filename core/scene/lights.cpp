@@ -104,8 +104,8 @@ std::optional<View> lightView(const PlacedLight& light, const PosedScene& posed)
     }
     view.projection.half_width = view.projection.half_height =
         kViewMargin * std::tan(std::min(light.light.outer_cone, kWidestCone));
-    const double farthest = -extents[2].low;  // negative if everything is behind
-                                              // the light
+    // Negative if the whole scene is behind the light.
+    const double farthest = -extents[2].low;
     view.projection.near = 1e-5 * (farthest > 0 ? farthest : 1);
     return view;
 }

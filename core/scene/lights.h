@@ -13,7 +13,8 @@
 namespace peeler {
 
 struct PlacedLight {
-    std::string name;       ///< the light's name, or its node's, or "light N" in draw order
+    /// The light's name; without a name, the node's name or "light N" in draw order.
+    std::string name;
     std::string node_name;  ///< may be empty
     Light light;
     glm::dmat4 to_world{1};  ///< rotation and translation; the light shines along −Z
@@ -26,7 +27,7 @@ std::vector<PlacedLight> placedLights(const PosedScene& posed);
 
 /// The maximum half angle, in radians, of a spot light's view and shadows. It is limited because a
 /// half space has no perspective projection.
-inline constexpr double kWidestCone = 1.4835298641951802;  // 85 degrees
+inline constexpr double kWidestCone = 1.4835298641951802;  // 85 degrees in radians
 
 /// Returns the camera and projection of a light, named "light:" plus the light's name. A
 /// directional light has an orthographic view, fitted to the vertices in all three directions with

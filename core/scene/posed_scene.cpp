@@ -285,7 +285,7 @@ class PosedScene::Builder {
     const glm::dmat4& to_world_;  ///< parent transform of the scene's roots
     /// World matrices of all nodes; empty until a skin needs them.
     std::vector<glm::dmat4> worlds_;
-    std::map<int, JointMatrices> skins_;  ///< by the index of the skin
+    std::map<int, JointMatrices> skins_;  ///< joint matrices, by skin index
     Shown& shown_;
 };
 

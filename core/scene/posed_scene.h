@@ -32,8 +32,8 @@ double durationOf(const Animation& animation);
 
 /// The transforms of all nodes at a moment, and the morph weights.
 struct Pose {
-    std::vector<glm::dmat4> locals;  ///< of every node, relative to its parent
-    /// By node; only nodes with animated morph weights.
+    std::vector<glm::dmat4> locals;  ///< transform of each node relative to its parent
+    /// Morph weights by node, only for nodes with animated weights.
     std::map<int, std::vector<double>> weights;
 };
 
@@ -88,7 +88,7 @@ struct MeshInstance {
     int mesh = 0;
     glm::dmat4 world{1};
     bool mirrored = false;  ///< whether front faces are clockwise
-    int deformed = -1;      ///< index into PosedScene::deformed(); −1: not deformed
+    int deformed = -1;      ///< index into PosedScene::deformed(); −1 if not deformed
     bool operator==(const MeshInstance&) const = default;
 };
 
@@ -107,7 +107,7 @@ struct LightInstance {
     bool operator==(const LightInstance&) const = default;
 };
 
-using DeformedMesh = std::vector<DeformedVertices>;  ///< per primitive
+using DeformedMesh = std::vector<DeformedVertices>;  ///< one entry per primitive
 
 /// The contents of one of a file's scenes in a pose. They are listed depth first, which is the draw
 /// order. The same instances exist in the same order at all times. Copies are cheap, because they

@@ -90,8 +90,8 @@ void checkMeshes(const Scene& scene) {
 void checkMaterials(const Scene& scene) {
     if (scene.materials.empty()) refuse("there are no materials; the default one is needed", "");
     for (std::size_t m = 0; m < scene.materials.size(); ++m) {
-        Material material = scene.materials[m];  // a copy, since texturesOf() needs a
-                                                 // mutable material
+        // Copies the material, since texturesOf() needs a mutable one.
+        Material material = scene.materials[m];
         for (const MaterialTexture& texture : texturesOf(material)) {
             if (texture.ref)
                 checkIndex(texture.ref->image, scene.images.size(), true, "image",

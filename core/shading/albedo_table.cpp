@@ -95,7 +95,7 @@ double levelCosine(double alpha) {
     return (cosines(1 - k / 2) - cosines(a2)) / (weights(1 - k / 2) - weights(a2)) / k;
 }
 
-/// Returns the roughness of the level with this mean cosine.
+/// Returns the roughness of the level whose mean cosine is `cosine`.
 double levelOfCosine(double cosine) {
     double least = 0, greatest = 1;
     for (int i = 0; i < 20; ++i) {
@@ -113,8 +113,8 @@ double turnOf(const Part& part, double n_dot_v) {
     return slope / (std::sqrt(1 - n_dot_v * n_dot_v) + slope * (1 - n_dot_v));
 }
 
-/// Returns the roughness of the level whose filter is as wide as the part, divided by `roughness`,
-/// the roughness of the lobe.
+/// Returns a roughness relative to `roughness`, the roughness of the lobe. It is the roughness of
+/// the level whose filter is as wide as the part.
 double widthOf(const Part& part, double roughness) {
     if (!(part.share > 1e-12)) return 1;
     return levelOfCosine(glm::length(part.moment) / part.share) / roughness;

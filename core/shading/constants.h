@@ -27,7 +27,7 @@ constexpr std::size_t studioRadianceTexels() {
     return texels;
 }
 
-/// The constants in their embedded layout; floats only.
+/// The constants in their embedded layout, which contains only floats.
 struct Constants {
     std::array<glm::vec3, pixelsOf(kStudioWidth, kStudioHeight)> studio;  ///< studioEnvironment()
     /// prefilter() of the studio: its radiance, level after level.

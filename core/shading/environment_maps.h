@@ -28,7 +28,7 @@ struct EnvironmentMaps {
     /// "Real Shading in Unreal Engine 4", 2013). Level i is filtered for its levelRoughness();
     /// level 0 is unfiltered. Each level has half the size of the previous one.
     std::vector<CubeMap> radiance;
-    CubeMap irradiance;  ///< divided by pi
+    CubeMap irradiance;  ///< irradiance divided by pi
 };
 
 /// Incident radiance for integrals over `count` evenly distributed directions. It is the mean

@@ -48,9 +48,9 @@ struct ShadowMaps {
 
     int size = 0;           ///< texels per side
     ClipVolume clip;        ///< volume that shadow casters were clipped to
-    std::vector<Map> maps;  ///< one per light
-    gl::Texture texture;    ///< array of R32F layers, rows top to bottom; empty if nothing
-                            ///< casts shadows
+    std::vector<Map> maps;  ///< one map per light
+    /// Array of R32F layers with rows from top to bottom. Empty if no light casts shadows.
+    gl::Texture texture;
 };
 
 /// A storage buffer with one record per light, in camera space.

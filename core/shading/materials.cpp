@@ -101,7 +101,8 @@ namespace {
 
 struct Tables {
     std::array<float, 256> decode{};
-    std::array<std::uint8_t, 4097> encode{};  // by linear value, in steps of 1/4096
+    // Encoded byte for each linear value, in steps of 1/4096.
+    std::array<std::uint8_t, 4097> encode{};
 };
 
 Tables makeTables(bool srgb) {

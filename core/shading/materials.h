@@ -20,7 +20,8 @@ shader::MaterialRecord materialRecord(const Material& material);
 struct MaterialFeature {
     const char* definition;
     bool (*used)(const Material&);
-    bool changes_alpha = false;  ///< whether passes without lighting also need it
+    /// Whether the feature changes alpha, so that passes without lighting also need it.
+    bool changes_alpha = false;
 };
 /// Returns all features. A shader variant has one bit for each, in this order.
 std::span<const MaterialFeature> materialFeatures();

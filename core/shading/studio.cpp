@@ -18,19 +18,19 @@ constexpr int kParts = 2;
 
 /// A planar rectangular emitter with soft edges, darker toward its corners.
 struct SoftBox {
-    double azimuth, elevation;       ///< of the centre, degrees
-    double half_width, half_height;  ///< as seen from a distance of 1
+    double azimuth, elevation;       ///< direction of the centre, in degrees
+    double half_width, half_height;  ///< half the size of the box at distance 1
     double edge;                     ///< width of the soft edge
     double vignette;                 ///< fraction of the radiance that is missing in the corners
     glm::dvec3 radiance;
 };
 
 constexpr SoftBox kSoftBoxes[] = {
-    {-42, 42, 0.42, 0.34, 0.08, 0.45, {7.2, 7.0, 6.7}},    // key
-    {60, 80, 0.40, 0.26, 0.10, 0.30, {1.2, 1.2, 1.25}},    // overhead
-    {102, 16, 0.15, 0.70, 0.07, 0.30, {1.8, 1.85, 1.95}},  // a tall strip in the dark side
-    {165, 32, 0.18, 0.44, 0.06, 0.30, {4.8, 5.1, 5.5}},    // rim
-    {-118, 14, 0.10, 0.50, 0.06, 0.30, {2.6, 2.6, 2.6}},   // a strip from behind at the left
+    {-42, 42, 0.42, 0.34, 0.08, 0.45, {7.2, 7.0, 6.7}},    // key light
+    {60, 80, 0.40, 0.26, 0.10, 0.30, {1.2, 1.2, 1.25}},    // overhead light
+    {102, 16, 0.15, 0.70, 0.07, 0.30, {1.8, 1.85, 1.95}},  // tall strip on the dark side
+    {165, 32, 0.18, 0.44, 0.06, 0.30, {4.8, 5.1, 5.5}},    // rim light
+    {-118, 14, 0.10, 0.50, 0.06, 0.30, {2.6, 2.6, 2.6}},   // strip behind the scene, on the left
 };
 
 constexpr glm::dvec3 kNearFloor(0.16, 0.155, 0.15), kFarFloor(0.40, 0.395, 0.385);

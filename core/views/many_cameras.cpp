@@ -30,7 +30,7 @@ std::vector<glm::dvec3> standpoints(const ViewsAround& asked) {
     for (int i = 0; i < asked.count; ++i) {
         double y = std::sin(glm::radians(kOrbitElevation));
         double turn = static_cast<double>(i) / asked.count;
-        // Archimedes: heights on a sphere are evenly distributed.
+        // A sphere's points have evenly distributed heights (Archimedes).
         if (asked.around == Around::kRandom) {
             y = 2 * uniform(random) - 1;
             turn = uniform(random);

@@ -15,17 +15,17 @@ namespace peeler {
 
 /// The placement of cameras around the centre of a scene.
 enum class Around : std::uint8_t {
-    kSphere,      ///< evenly in all directions (a spherical Fibonacci lattice)
-    kHemisphere,  ///< evenly over the upper half
-    kOrbit,       ///< on a circle, 30° above the horizon
-    kRandom,      ///< randomly in all directions
+    kSphere,      ///< cameras in all directions, evenly (a spherical Fibonacci lattice)
+    kHemisphere,  ///< cameras in the upper half, evenly
+    kOrbit,       ///< cameras on a circle, 30° above the horizon
+    kRandom,      ///< cameras in random directions
 };
 
 struct ViewsAround {
     int count = 1;
     Around around = Around::kSphere;
-    std::uint64_t seed = 0;            ///< for kRandom
-    std::optional<double> distance{};  ///< from the centre to the eye, scene units
+    std::uint64_t seed = 0;            ///< seed of kRandom
+    std::optional<double> distance{};  ///< distance from the centre to the eye, in scene units
     double fov = 40;                   ///< vertical field of view, degrees
     /// Whether rays go through the upper left corners of pixels instead of their centres, as in
     /// data-set tools that count pixels from 0 and put the principal point at half the picture's
@@ -42,8 +42,8 @@ std::vector<CameraChoice> viewsAround(const ViewsAround& asked, const SceneExten
 
 /// The target size of a normalised scene.
 enum class Normalized : std::uint8_t {
-    kUnitCube,   ///< the longest side of its bounds is 1
-    kUnitSphere  ///< the vertex farthest from the centre of its bounds is at distance 1
+    kUnitCube,   ///< the longest side of the bounds is 1
+    kUnitSphere  ///< the vertex farthest from the centre of the bounds is at distance 1
 };
 
 /// A uniform scaling that also moves the centre of the bounds to the origin.

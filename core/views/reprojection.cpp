@@ -133,8 +133,9 @@ class Reprojection {
     SurfaceCells cells_;
     std::vector<std::uint32_t> pixels_;  ///< pixel of every fragment
     std::size_t strips_;
-    std::vector<std::size_t> strip_offsets_;      ///< strips_ + 1 entries
-    std::vector<std::uint32_t> strip_fragments_;  ///< in ascending order within a strip
+    /// Index of each strip's first entry in strip_fragments_, then the end.
+    std::vector<std::size_t> strip_offsets_;
+    std::vector<std::uint32_t> strip_fragments_;  ///< fragments of each strip, in ascending order
 };
 
 std::optional<ScreenCell> Reprojection::project(std::size_t fragment) const {

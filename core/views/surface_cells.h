@@ -33,7 +33,7 @@ SurfaceLinks linkSurfaces(const LayeredImage& image, const View& view);
 enum Corner : std::uint8_t { kUpperLeft, kUpperRight, kLowerRight, kLowerLeft };
 inline constexpr std::size_t kCorners = 4;
 
-/// The offset of each corner from the sample, in pixels.
+/// The offset of each corner from the pixel's sample, in pixels.
 inline constexpr std::array<std::array<double, 2>, kCorners> kCornerOffsets = {
     {{-0.5, -0.5}, {0.5, -0.5}, {0.5, 0.5}, {-0.5, 0.5}}};
 

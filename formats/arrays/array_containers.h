@@ -17,7 +17,7 @@ namespace peeler {
 struct PlacedArray {
     NamedArray array;
     std::uint64_t numbers = 0;  ///< offset of the array's data in the file
-    std::string value{};        ///< the data, if known at construction
+    std::string value{};        ///< contents of the data, if known at construction
 };
 
 /// The layout of a file of arrays with known shapes and texts.
@@ -28,7 +28,7 @@ class ArrayContainer {
     /// Returns the arrays passed to the constructor, in order, then those that the container adds.
     const std::vector<PlacedArray>& arrays() const { return arrays_; }
     virtual std::uint64_t fileBytes() const = 0;
-    /// Whether finish() needs the CRC-32 of each array's data.
+    /// Whether finish() needs a CRC-32 of each array.
     virtual bool hasChecksums() const = 0;
     /// Writes everything except the array data. If hasChecksums(), `crcs` holds the CRC-32 of each
     /// array's data, in the order of arrays().

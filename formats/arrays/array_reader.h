@@ -17,8 +17,8 @@ inline constexpr std::size_t kMostNpyHeader = std::size_t{1} << 16;
 
 /// A numeric element type.
 struct ArrayNumber {
-    std::string_view type;  ///< numpy's name, without the byte order: "f8"
-    std::size_t size;       ///< bytes
+    std::string_view type;  ///< numpy's name of the type, without the byte order: "f8"
+    std::size_t size;       ///< size of an element, in bytes
     bool floating;
     double (*decode)(const std::uint8_t* bytes, bool swapped);
 };
@@ -31,8 +31,8 @@ const ArrayNumber* arrayNumber(std::string_view type);
 struct NumberArray {
     std::vector<std::uint64_t> shape;
     const ArrayNumber* number = nullptr;
-    bool swapped = false;  ///< big-endian
-    bool columns = false;  ///< Fortran order: the first index changes fastest
+    bool swapped = false;  ///< whether the elements are big-endian
+    bool columns = false;  ///< whether the array has Fortran order: the first index changes fastest
     std::span<const std::uint8_t> bytes;
 
     /// Returns the number of elements.
@@ -60,7 +60,7 @@ std::optional<std::string> npyText(std::span<const std::uint8_t> file);
 class NpzArchive {
   public:
     struct Member {
-        std::string name;  ///< with ".npy"
+        std::string name;  ///< file name in the archive, with ".npy"
         std::uint16_t flags = 0, method = 0;
         std::uint32_t crc = 0;
         /// Size in the archive, size when uncompressed, and position, in bytes.
@@ -71,9 +71,9 @@ class NpzArchive {
     NpzArchive(std::span<const std::uint8_t> file, std::string where);
 
     const std::vector<Member>& members() const { return members_; }
-    /// Returns the array of this name; null if missing.
+    /// Returns the array with this name; null if the archive lacks it.
     const Member* find(std::string_view array) const;
-    /// Returns a member's place for messages: "file.npz, points.npy".
+    /// Returns the place that messages give for a member: "file.npz, points.npy".
     std::string placeOf(const Member& member) const { return where_ + ", " + member.name; }
     /// Returns the bytes of a member's .npy file: a view of the archive if the member is stored,
     /// otherwise uncompressed into `storage`. Rejects impossible sizes before allocating. Throws

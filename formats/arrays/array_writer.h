@@ -29,10 +29,10 @@ enum class NumberType : std::uint8_t {
 };
 
 struct NumberTypeInfo {
-    std::size_t size;              ///< bytes
-    std::string_view numpy;        ///< the dtype string of .npy headers
-    std::string_view safetensors;  ///< the dtype in .safetensors headers
-    std::string_view ply;          ///< "" = PLY has no such type
+    std::size_t size;              ///< size of an element, in bytes
+    std::string_view numpy;        ///< dtype in .npy headers
+    std::string_view safetensors;  ///< dtype in .safetensors headers
+    std::string_view ply;          ///< type in PLY headers; "" if PLY has no such type
 };
 
 inline constexpr NumberTypeInfo kNumberTypes[] = {
@@ -106,7 +106,7 @@ class ArrayWriter {
     };
     /// The written ranges of an array, by first byte; adjacent ranges are merged.
     struct Progress {
-        std::uint64_t appended = 0;  ///< bytes
+        std::uint64_t appended = 0;  ///< number of bytes appended so far
         std::map<std::uint64_t, Piece> pieces{};
     };
 

@@ -32,7 +32,8 @@ std::byte* putNumber(float number, NumberType type, std::byte* out) {
 std::byte* convertNumbers(const std::byte* from, NumberType type, std::size_t count,
                           NumberType wanted, std::byte* out) {
     const std::size_t size = infoOf(type).size;
-    if (type == wanted) return std::copy_n(from, count * size, out);  // handles count 0, too
+    // Also correct if `count` is 0.
+    if (type == wanted) return std::copy_n(from, count * size, out);
     for (std::size_t i = 0; i < count; ++i, from += size) {
         float number = 0;
         if (type == NumberType::kHalf) {
@@ -49,7 +50,7 @@ std::byte* convertNumbers(const std::byte* from, NumberType type, std::size_t co
 
 /// Returns one component of a missing fragment, as bytes.
 std::array<std::byte, 8> nothingOf(NumberType type, double fill) {
-    std::array<std::byte, 8> bytes{};  // stays 0 for int32
+    std::array<std::byte, 8> bytes{};  // int32 components stay 0
     if (isFloating(type)) putNumber(static_cast<float>(fill), type, bytes.data());
     if (type == NumberType::kUint32) storeNumber(std::uint32_t{0xFFFFFFFFU}, bytes.data());
     return bytes;

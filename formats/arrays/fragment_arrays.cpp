@@ -135,8 +135,8 @@ class FragmentArrays final : public Sink {
     std::vector<FragmentColumn> columns_;
     std::size_t first_column_ = 0;       ///< index of the first column's array
     std::optional<ArrayWriter> writer_;  ///< created with the first band
-    std::int64_t fragments_ = 0;         ///< written so far
-    std::uint64_t pixels_ = 0;           ///< written so far
+    std::int64_t fragments_ = 0;         ///< number of fragments written so far
+    std::uint64_t pixels_ = 0;           ///< number of pixels written so far
     std::vector<std::int64_t> splits_;
     std::vector<std::byte> values_;
 };

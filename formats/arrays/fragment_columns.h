@@ -24,18 +24,19 @@ std::span<const std::byte> componentsOf(const FragmentArray& array, std::size_t 
 /// The conversion from channel values to column values.
 enum class ColumnUse : std::uint8_t {
     kCopy,
-    kIndex,  ///< index + 1 becomes index, 0 becomes 0xFFFFFFFF (none)
+    kIndex,  ///< index + 1 becomes index, and 0 becomes 0xFFFFFFFF (no index)
     /// As kIndex; glTF's default material, which no file lists, also becomes 0xFFFFFFFF.
     kMaterial,
-    kSign,  ///< −1 or 1, from a channel of any type
+    kSign,  ///< any number becomes its sign, −1 or 1
     /// Normals that face the viewer become normals on the front of the surface, by the channel
     /// `facing`.
     kFront,
 };
 
 struct FragmentColumn {
-    std::string name;                   ///< name of the array
-    std::vector<std::string> channels;  ///< the file's channels, one per component
+    std::string name;  ///< name of the array
+    /// Channels that the column is made from, one per component.
+    std::vector<std::string> channels;
     NumberType type = NumberType::kFloat;
     ColumnUse use = ColumnUse::kCopy;
     /// Property names in point clouds, one per component; empty if points do not store the column.

@@ -76,7 +76,7 @@ class FragmentPoints final : public Sink {
     std::string path_;
     FragmentPointOptions options_;
     View view_;
-    std::optional<PointTable> table_;  ///< made with the first band
+    std::optional<PointTable> table_;  ///< created with the first band
     std::optional<PlyWriter> writer_;  ///< created with the first band
     std::vector<std::byte> points_;
 };

@@ -19,8 +19,8 @@
 namespace peeler {
 
 struct FragmentPointOptions {
-    bool double_positions = false;  ///< 64-bit positions instead of 32
-    std::string comment{};          ///< one line
+    bool double_positions = false;  ///< whether positions have 64 bits instead of 32
+    std::string comment{};          ///< a comment of one line
     /// The id.material of glTF's default material, or 0 if the file lists no materials.
     std::uint32_t default_material = 0;
 };
@@ -44,7 +44,7 @@ std::uint64_t fragmentPointBytes(const LayeredImage& band, const FragmentPointOp
 struct FragmentArrayOptions {
     bool camera_known = true;
     std::uint32_t default_material = 0;  ///< as in FragmentPointOptions
-    std::string output_hash{};           ///< stored as the text `output_hash`; "" if there is none
+    std::string output_hash{};  ///< value of the text `output_hash`; "" if there is no hash
     /// If set, planes are written instead of lists.
     std::optional<DenseSettings> dense{};
     bool layers_listed =

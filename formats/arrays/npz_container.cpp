@@ -12,7 +12,7 @@
 namespace peeler {
 namespace {
 
-constexpr std::uint16_t kVersion = 45;  // ZIP64
+constexpr std::uint16_t kVersion = 45;  // the version of ZIP that introduced ZIP64
 constexpr std::uint16_t kUtf8Names = 1U << 11U;
 constexpr std::uint16_t kDate = (1U << 5U) | 1U;  // 1980-01-01
 constexpr std::uint16_t kZip64Field = 1;
@@ -49,7 +49,7 @@ std::string localHeader(const NpzEntry& entry, std::uint32_t crc) {
         .add(std::uint32_t{0x04034b50})
         .add(kVersion)
         .add(kUtf8Names)
-        .add(std::uint16_t{0})  // stored, not compressed
+        .add(std::uint16_t{0})  // compression method: stored
         .add(std::uint16_t{0})  // time: midnight
         .add(kDate)
         .add(crc)
@@ -104,7 +104,7 @@ class NpzContainer final : public ArrayContainer {
     std::string directory(std::span<const std::uint32_t> crcs) const;
 
     std::vector<NpzEntry> entries_;
-    std::uint64_t end_ = 0;  ///< where the last array ends
+    std::uint64_t end_ = 0;  ///< offset in the file at which the last array ends
 };
 
 std::string NpzContainer::directory(std::span<const std::uint32_t> crcs) const {
@@ -124,9 +124,9 @@ std::string NpzContainer::directory(std::span<const std::uint32_t> crcs) const {
             .add(kSeeZip64)
             .add(static_cast<std::uint16_t>(entry.name.size()))
             .add(std::uint16_t{28})
-            .add(std::uint16_t{0})  // no comment
-            .add(std::uint16_t{0})  // disk
-            .add(std::uint16_t{0})  // attributes
+            .add(std::uint16_t{0})  // length of the comment
+            .add(std::uint16_t{0})  // number of the disk
+            .add(std::uint16_t{0})  // internal attributes
             .add(std::uint32_t{0})
             .add(kSeeZip64)
             .add(entry.name)

@@ -47,7 +47,7 @@ class PictureArrayReader final : public LayeredInput {
 
     std::unique_ptr<PictureArrays> arrays_;
     ExrInfo info_;
-    Window stored_;  ///< window of the pixels in the file
+    Window stored_;  ///< window of the pixels that the file stores
     std::uint64_t fragment_bytes_ = 0;
     std::optional<DepthComplexity> complexity_;
 };
@@ -250,7 +250,7 @@ BandRead PictureArrayReader::mostOf(int rows) const {
     const auto width = static_cast<std::uint64_t>(info_.plan.view.crop.width());
     const std::uint64_t fragments =
         complexity_ ? complexity_->mostFragments(rows) : width * static_cast<std::uint64_t>(rows);
-    // The splits of the rows, and `rgba` before it is interleaved with `opacity`.
+    // Memory for the splits of the rows, and for `rgba` before it is interleaved with `opacity`.
     return {fragments,
             2 * width * sizeof(std::uint64_t) +
                 (arrays_->opacity ? fragments * kPlainComponents * sizeof(float) : 0),

@@ -36,7 +36,7 @@ class ArrangedChannels {
             arrays_.push_back({row.names, channels[row.source].type, {}});
     }
 
-    /// Returns the arrays, without data.
+    /// Returns the arrays, which have no data.
     std::span<const FragmentArray> arrays() const { return arrays_; }
     /// Returns the values of arrays()[i], reordered in `storage` if needed. `channels` are the
     /// channels passed to the constructor, with their data.
@@ -55,7 +55,7 @@ class ArrangedChannels {
 
   private:
     struct Row {
-        std::size_t source;  ///< index into the channels
+        std::size_t source;  ///< index of the array among the channels
         /// Index in the channel table; the table's size for unknown channels.
         std::size_t rank;
         std::vector<std::string> names;       ///< names of the components, in output order
@@ -172,7 +172,7 @@ class LayerArrays final : public Sink {
     Plan plan_;
     ArrangedChannels channels_;
     std::optional<ArrayWriter> writer_;  ///< created with the first band
-    std::int64_t fragments_ = 0;         ///< written so far
+    std::int64_t fragments_ = 0;         ///< number of fragments written so far
     std::vector<std::int64_t> splits_;
     std::vector<std::byte> values_;
     StageTimes times_;

@@ -55,7 +55,7 @@ class PictureArrays {
     const SafetensorsArray *splits = nullptr, *z = nullptr, *rgba = nullptr, *opacity = nullptr;
     /// Another channel array of the fragments.
     struct ExtraArray {
-        FragmentArray like;  ///< its channels and type, without data
+        FragmentArray like;  ///< channels and type of the array, without data
         const SafetensorsArray* stored = nullptr;
     };
     std::vector<ExtraArray> extra;  ///< sorted by channel names

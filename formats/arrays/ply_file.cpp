@@ -150,7 +150,7 @@ void PlyFile::fail(const std::string& what) const {
 bool PlyFile::readLine() {
     ++line_;
     const std::size_t end = text_.find(line_end_, at_);
-    if (end > kMostHeader) fail("there is no end_header");  // or the line has no end
+    if (end > kMostHeader) fail("there is no end_header");  // `end` is npos if the line has no end
     const std::string_view line = text_.substr(at_, end - at_);
     const std::vector<std::string_view> words = wordsOf(line);
     at_ = end + 1;

@@ -16,7 +16,7 @@ namespace peeler {
 /// A scalar type, with its old and new names and its decoder.
 struct PlyType {
     std::string_view name, other_name;
-    std::size_t size;  ///< bytes
+    std::size_t size;  ///< size of a value, in bytes
     /// Decodes a value stored in the machine's byte order.
     double (*value)(const std::uint8_t* bytes);
     /// Greatest value of an integer type; 1 for floating point.

@@ -16,7 +16,7 @@
 namespace peeler {
 
 struct SafetensorsArray {
-    std::string name, type;  ///< `type` as in the file: "F32"
+    std::string name, type;  ///< `type` is written as in the file: "F32"
     std::vector<std::uint64_t> shape;
     std::uint64_t offset = 0, bytes = 0;  ///< position and size of the array's data in the file
     /// Decoder of the elements; null for types that cannot be decoded (F16, BOOL, …).
@@ -24,8 +24,8 @@ struct SafetensorsArray {
 };
 
 struct SafetensorsHeader {
-    std::vector<SafetensorsArray> arrays;         ///< in the order of their data
-    std::map<std::string, std::string> metadata;  ///< `__metadata__`
+    std::vector<SafetensorsArray> arrays;         ///< arrays in the order of their data
+    std::map<std::string, std::string> metadata;  ///< texts of the header's member `__metadata__`
 
     const SafetensorsArray* find(std::string_view name) const;
     /// Returns the text with this name in `metadata`; "" if missing.

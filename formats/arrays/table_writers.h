@@ -65,7 +65,7 @@ class DensePlanes {
 /// A property of every point. Readers know the names x y z, nx ny nz, red green blue alpha (uchar,
 /// sRGB, straight alpha).
 struct PlyProperty {
-    std::string name;  ///< without white space
+    std::string name;  ///< name without white space
     NumberType type = NumberType::kFloat;
 };
 

@@ -116,7 +116,7 @@ class XrayWriter final : public Sink {
     void finish() override { writer_->finish(); }
 
   private:
-    /// Returns the bytes of indices in the stored type.
+    /// Returns the indices as bytes, in the stored type.
     ByteBuffer indexBytes(const std::vector<std::uint64_t>& indices) const {
         ByteBuffer bytes(indices.size() * (is_wide_ ? sizeof(std::int64_t) : sizeof(std::int32_t)));
         std::byte* out = bytes.data();
@@ -156,8 +156,9 @@ class XrayWriter final : public Sink {
     Plan plan_;
     bool is_wide_ = false;  ///< whether indices have 64 bits
     std::array<std::uint64_t, kXrayRows + 1> first_{};
-    std::array<std::uint64_t, kXrayRows> written_{};  ///< hits of each layer written so far
-    std::uint64_t pixels_ = 0;                        ///< number of pixels written so far
+    /// Number of hits written so far in each layer.
+    std::array<std::uint64_t, kXrayRows> written_{};
+    std::uint64_t pixels_ = 0;  ///< number of pixels written so far
     std::optional<ArrayWriter> writer_;
 };
 

@@ -56,7 +56,7 @@ glm::dmat4 rigidMembers(const CameraObject& object, const char* turn, const char
     return checkedPose(matrix, object.where(turn));
 }
 
-/// Returns the picture id that a key gives.
+/// Returns the key as a picture's id; nothing if it is not a number.
 std::optional<std::uint32_t> pictureId(const std::string& key) {
     std::uint32_t id = 0;
     const auto [end, failure] = std::from_chars(key.data(), key.data() + key.size(), id);
@@ -92,7 +92,7 @@ Size sizeBeside(const CameraSource& source) {
     for (const char* folder : {".", "..", "../.."}) {
         for (const auto& path : {companion(source.path, folder, "camera"),
                                  source.path.parent_path() / folder / "camera.json"}) {
-            if (!isSeen(path)) continue;  // also skips files in unreadable folders
+            if (!isSeen(path)) continue;  // files in unreadable folders are not seen
             const nlohmann::json root = readCameraJson(path);
             const CameraObject camera(root, path.lexically_normal().string(), "");
             warnOfOthers(camera, kCameraKeys, source.warnings);

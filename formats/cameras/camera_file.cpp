@@ -15,8 +15,8 @@
 namespace peeler {
 namespace {
 
-/// In order of priority: a file is read by the first format that recognises it (`holds`), and
-/// written by the first whose `written` accepts its name.
+/// The formats in order of priority. A file is read by the first format that recognises it
+/// (`holds`), and written by the first format whose `written` accepts its name.
 constexpr const CameraFormat* kCameraFormats[] = {
     &kTransformsFormat, &kBopFormat, &kCameraLinesFormat, &kPoseArrayFormat, &kColmapFormat,
 };

@@ -35,7 +35,7 @@ struct FileCamera {
     /// In glTF's axes: the camera looks along −Z, with +Y up. Rigid to 1e-4 (distanceFromRigid()).
     glm::dmat4 camera_to_world{1};
     std::optional<Intrinsics> intrinsics;
-    std::optional<double> fov, ortho_height;  ///< instead of intrinsics, as in CameraChoice
+    std::optional<double> fov, ortho_height;  ///< used instead of intrinsics, as in CameraChoice
     /// Metres; only in JSON lines and in transforms.json written by peeler.
     std::optional<double> near, far;
     Size size{0, 0};  ///< {0, 0} if unknown
@@ -91,12 +91,12 @@ CameraChoice cameraChoice(const FileCamera& camera, CameraChoice choice = {});
 
 /// A point of a scene, for COLMAP's points3D.
 struct ScenePoint {
-    glm::dvec3 position;  ///< world space
+    glm::dvec3 position;  ///< position in world space
     std::array<std::uint8_t, 3> rgb{};
 };
 
 struct CameraOutputOptions {
-    std::span<const ScenePoint> points{};  ///< stored by COLMAP only
+    std::span<const ScenePoint> points{};  ///< points of the scene, which only COLMAP stores
     double depth_scale = 1;                ///< BOP: millimetres per unit of the depth pictures
 };
 

@@ -29,7 +29,7 @@ struct CameraSource {
 
 /// A camera format. To add a format, add a source file in this folder and a row in the table.
 struct CameraFormat {
-    const char* name;  ///< for messages
+    const char* name;  ///< name of the format in messages
     /// The axes of the format's poses; nothing if its files do not define them.
     std::optional<CameraConvention> convention;
     /// Whether the source has this format, judged by name or content.
@@ -72,7 +72,7 @@ const glm::dmat4& checkedPose(const glm::dmat4& matrix, const std::string& where
 /// Returns FileCamera::camera_to_world for a world-to-camera matrix in OpenCV's axes. Throws Error
 /// (kInput) if the matrix is not rigid.
 glm::dmat4 poseOfOpencv(const glm::dmat4& world_to_camera, const std::string& where);
-/// The inverse of poseOfOpencv(); the matrix must be rigid.
+/// Inverts poseOfOpencv(). The matrix must be rigid.
 glm::dmat4 opencvOfPose(const glm::dmat4& camera_to_world);
 /// Returns the inverse of a rigid matrix.
 glm::dmat4 rigidInverse(const glm::dmat4& matrix);
@@ -112,9 +112,9 @@ class CameraObject {
     bool has(const char* key) const { return find(key) != nullptr; }
     /// Returns a finite number, if present. Throws Error (kInput) if the member is anything else.
     std::optional<double> number(const char* key) const;
-    /// Returns `count` finite numbers, if present.
+    /// Returns the member's `count` finite numbers, if present.
     std::optional<std::vector<double>> numbers(const char* key, std::size_t count) const;
-    /// Returns `count` rows of `columns` numbers each, concatenated, if present.
+    /// Returns the member's `count` rows of `columns` numbers each, concatenated, if present.
     std::optional<std::vector<double>> rows(const char* key, std::size_t count,
                                             std::size_t columns) const;
     /// Returns an affine matrix, if present: 3 or 4 rows, the fourth 0, 0, 0, 1.

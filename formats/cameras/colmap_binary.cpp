@@ -76,7 +76,8 @@ class ColmapBytes {
 std::map<std::uint32_t, ColmapCamera> readCamerasFile(const std::filesystem::path& path) {
     const std::vector<std::uint8_t> bytes = readCameraBytes(path);
     ColmapBytes file(bytes, path.string());
-    constexpr std::uint64_t kLeastCamera = 24;  // bytes: id, model, width, height
+    // Minimum bytes per camera: id, model, width, height.
+    constexpr std::uint64_t kLeastCamera = 24;
     const std::uint64_t count = file.takeCount(kLeastCamera);
     checkViewCount(count, path.string());
     std::map<std::uint32_t, ColmapCamera> cameras;
@@ -104,7 +105,7 @@ std::vector<ColmapImage> readImagesFile(const std::filesystem::path& path) {
     ColmapBytes file(bytes, path.string());
     // In bytes: id, pose, camera, terminating zero of the name, number of points.
     constexpr std::uint64_t kLeastImage = 73;
-    constexpr std::uint64_t kPoint = 24;  // bytes: x, y, point id
+    constexpr std::uint64_t kPoint = 24;  // bytes per point: x, y, point id
     const std::uint64_t count = file.takeCount(kLeastImage);
     checkViewCount(count, path.string());
     std::vector<ColmapImage> images(count);

@@ -39,7 +39,7 @@ struct ColmapImage {
 };
 struct ColmapModel {
     std::map<std::uint32_t, ColmapCamera> cameras;
-    std::vector<ColmapImage> images;  ///< ordered by id
+    std::vector<ColmapImage> images;  ///< pictures, ordered by id
 };
 
 // Defined in colmap_cameras.cpp.

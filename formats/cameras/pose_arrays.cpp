@@ -54,7 +54,7 @@ class ThingArray {
 
     bool isOne() const { return is_one_; }
     std::uint64_t count() const { return count_; }
-    /// Returns a view's item as values in C order.
+    /// Returns the item of a view: its numbers, in C order.
     std::vector<double> operator[](std::uint64_t index) const {
         std::vector<double> numbers;
         for (std::uint64_t i = 0; i < size_; ++i)

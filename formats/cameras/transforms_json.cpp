@@ -31,12 +31,12 @@ constexpr std::string_view kKnownKeys[] = {
     "camera_angle_x", "camera_angle_y", "x_fov", "y_fov", "camera_model", "k1", "k2", "k3", "k4",
     "k5", "k6", "p1", "p2", "p3", "p4", "s1", "s2", "distortion_params", "is_fisheye", "latlong",
     "equirectangular", "orthographic", "ftheta_p0", kNearKey, kFarKey, kNameKey,
-    // instant-ngp
+    // Keys of instant-ngp.
     "aabb", "aabb_scale", "render_aabb", "scale", "offset", "up", "sharpness", "rotation",
     "sharpen", "white_transparent", "black_transparent", "is_hdr", "fix_premult",
     "n_extra_learnable_dims", "enable_depth_loading", "enable_ray_loading", "integer_depth_scale",
     "depth_path", "wants_importance_sampling", "driver_parameters",
-    // nerfstudio
+    // Keys of nerfstudio.
     "depth_file_path", "mask_path", "semantics_path", "colmap_im_id", "ply_file_path",
     "train_filenames", "val_filenames", "test_filenames", "depth_unit_scale_factor",
     "fisheye_crop_radius", "orientation_override", "center_method_override",
@@ -156,7 +156,7 @@ void readLens(const FrameMembers& members, const CameraObject& frame, const Size
     auto fx = focalLength(members, "x", w);
     auto fy = focalLength(members, "y", h);
     if (!fx && !fy) refuseCamera("\"fl_x\" and \"camera_angle_x\" are both missing", frame.where());
-    if (!fx) fx = fy;  // square pixels
+    if (!fx) fx = fy;  // pixels are square unless both are given
     if (!fy) fy = fx;
     const auto centre = [&](const char* key, int pixels) {
         const auto corner = members.number(key);

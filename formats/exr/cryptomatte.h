@@ -26,8 +26,8 @@ std::string cryptomatteHex(std::uint32_t hash);
 
 /// A Cryptomatte layer: the channel of its ids, and their names.
 struct CryptomatteLayer {
-    std::string name;                ///< "CryptoObject"
-    std::string id_channel;          ///< "id.object"
+    std::string name;                ///< such as "CryptoObject"
+    std::string id_channel;          ///< such as "id.object"
     std::vector<std::string> names;  ///< name of each id, at index id − 1
 };
 /// Returns the Cryptomatte layers of a file: objects and materials.

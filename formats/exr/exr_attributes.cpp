@@ -42,7 +42,7 @@ constexpr std::string_view kOfStorage[] = {"channels",
                                            "version",
                                            "view",
                                            "zipCompressionLevel"};
-/// Attributes derived from a known camera.
+/// Attributes that are derived from the camera, if it is known.
 constexpr std::string_view kOfView[] = {"far",
                                         "fieldOfViewHorizontal",
                                         "fieldOfViewVertical",

@@ -21,7 +21,8 @@
 namespace peeler {
 namespace {
 
-constexpr std::size_t kFileBuffer = std::size_t{1} << 20;  ///< buffer of an AtomicFile
+/// Buffer size of an AtomicFile, in bytes.
+constexpr std::size_t kFileBuffer = std::size_t{1} << 20;
 
 /// Returns the channels for colour and Z, with these sources of their values.
 std::vector<ExrChannel> colorChannels(const Plan& plan, int color, int z) {

@@ -24,7 +24,7 @@ struct ExrPart {
     Window window;
     /// The layers in this part: indices into the fragment list of every pixel, or kComposite.
     std::vector<int> layers = {kComposite};
-    bool prefixed = false;  ///< channels of layers have names like layer_000.R
+    bool prefixed = false;  ///< whether channels of layers have names like layer_000.R
     std::size_t file = 0;   ///< index, in the writer, of the file that holds the part
     /// The layer's fragment count, which is stored in the header if the part has a file of its own;
     /// otherwise 0.
@@ -38,9 +38,9 @@ struct ExrChannel {
     enum Source : int { kCompositeColor = -4, kCompositeZ = -3, kZ = -2, kColor = -1 };
     std::string name;
     PixelType type = PixelType::kHalf;
-    int source = kColor;  ///< a Source, or the index of an extra array
+    int source = kColor;  ///< a value of Source, or the index of an extra array
     std::size_t component = 0, components = 1;
-    int layer = ExrPart::kComposite;  ///< one of ExrPart::layers
+    int layer = ExrPart::kComposite;  ///< a value in ExrPart::layers
 };
 
 /// A writer that streams bands into the parts of one or several files. It uses these options: the
@@ -78,7 +78,7 @@ class ExrBandWriter {
     struct Job {
         std::size_t part;
         int chunk;
-        int y0, y1;  ///< rows [y0, y1)
+        int y0, y1;  ///< range [y0, y1) of rows
     };
 
     void open(const LayeredImage& first_band);

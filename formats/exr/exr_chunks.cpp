@@ -187,7 +187,8 @@ void ExrChunkPacker::pack(ByteBuffer& out) {
             out.resize(packed);
         }
     }
-    if (!smaller) out = raw_;  // readers copy chunks of the unpacked size
+    // Stores the chunk uncompressed. Readers recognise this by the chunk's size.
+    if (!smaller) out = raw_;
 }
 
 std::size_t ExrPackerPool::bytesKept() const {

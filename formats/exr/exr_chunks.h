@@ -88,7 +88,7 @@ class ExrPackerPool {
         const std::lock_guard lock(mutex_);
         idle_.push_back(std::move(packer));
     }
-    /// Returns the bytes kept by idle packers.
+    /// Returns the bytes that idle packers hold.
     std::size_t bytesKept() const;
     void clear() { idle_.clear(); }
 

@@ -16,7 +16,8 @@ namespace {
 /// The number of chunks that are looked up before they are decoded. It is limited so that headers
 /// cannot demand much memory.
 constexpr std::size_t kBatch = 1024;
-constexpr std::uint64_t kMaxUnpacked = std::uint64_t{1} << 30;  ///< bytes per chunk
+/// Maximum unpacked bytes of a chunk.
+constexpr std::uint64_t kMaxUnpacked = std::uint64_t{1} << 30;
 
 exr_result_t unpackChunk(exr_const_context_t context, int part, const exr_chunk_info_t& chunk) {
     exr_decode_pipeline_t pipeline{};

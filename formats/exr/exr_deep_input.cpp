@@ -13,7 +13,7 @@
 namespace peeler {
 namespace {
 
-/// The blocks of a part: width and height in pixels, and their number across and down.
+/// The size of a part's blocks in pixels, and the number of blocks across and down.
 struct Grid {
     int width = 0, height = 1, across = 1, down = 1;
 };

@@ -30,8 +30,8 @@ bool isExrLayerFile(const std::string& path, const std::string& head);
 /// be read.
 std::vector<std::string> exrFilesOf(const std::string& path);
 
-/// An open picture as one list of parts. The parts of the named file come first. If it is the head
-/// of a set (layout "per-file"), the parts of its layers' files follow, front to back.
+/// An open picture as one list of parts. The parts of the named file come first. If the named file
+/// is the head of a set (layout "per-file"), the parts of its layers' files follow, front to back.
 class ExrFiles {
   public:
     /// Opens the files. Throws Error (kInput), also if a file of a set is missing or belongs to
@@ -39,12 +39,13 @@ class ExrFiles {
     explicit ExrFiles(const std::string& path);
 
     const std::string& path() const { return files_.front()->path(); }
-    std::uint64_t bytes() const;  ///< size of all files together
+    /// Returns the size of all files together, in bytes.
+    std::uint64_t bytes() const;
     const std::vector<ExrInputPart>& parts() const { return parts_; }
     /// Returns a part's place for messages: the path of its file, and the part's name.
     std::string where(std::size_t part) const;
 
-    /// Returns the named file.
+    /// Returns the named file, which is the head of a set of files.
     const ExrInput& head() const { return *files_.front(); }
 
     /// Like the members of ExrInput, but `part` is an index into parts().
@@ -68,12 +69,12 @@ class ExrFiles {
 
     std::vector<std::unique_ptr<ExrInput>> files_;
     std::vector<ExrInputPart> parts_;
-    std::vector<Place> places_;  ///< file and index of each part
+    std::vector<Place> places_;  ///< file of each part, and the part's index in the file
 };
 
 /// The metadata of a picture, layered, deep or flat, from OpenEXR headers or arrays.
 struct ExrInfo {
-    std::vector<ExrInputPart> parts;  ///< in file order; for a set, file by file
+    std::vector<ExrInputPart> parts;  ///< parts in file order; for a set of files, file by file
     /// The index of the part of each layer, front to back; empty for deep and flat files.
     /// plan.layers.size() of an open LayeredInput is the number of layers of any picture.
     std::vector<std::size_t> layers;
@@ -92,7 +93,7 @@ struct ExrInfo {
     /// `view.crop` contains all parts. Without a camera, it also contains the display window, since
     /// a data window only bounds the stored pixels.
     Plan plan;
-    Provenance provenance;         ///< empty where unknown
+    Provenance provenance;         ///< members are empty if unknown
     bool has_cryptomatte = false;  ///< whether the composite has Cryptomatte layers
     /// Whether the file has `peeler:version` and none of its parts has been chosen to be read
     /// alone.

@@ -229,7 +229,7 @@ std::string cameraJson(const View& view) {
         {"name", view.camera_name},
         {"projection", projection.perspective ? "perspective" : "orthographic"},
         {"near", projection.near},
-        {"far", projection.far},  // null in the JSON text if infinite
+        {"far", projection.far},  // infinity becomes null in the JSON text
         {"halfWidth", projection.half_width},
         {"halfHeight", projection.half_height},
         {"width", view.width},

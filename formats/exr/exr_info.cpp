@@ -65,7 +65,7 @@ View viewOf(const ExrInfo& info, const std::string& path) {
     for (const std::size_t part : info.deep)
         all = unite(all, info.parts[part].data_window);
     if (all.empty()) all = first.data_window;
-    // Without a composite part, only the JSON has the crop.
+    // Without a composite part, only the camera's JSON stores the crop.
     const bool known = !camera.empty() && intersect(view.crop, all) == all &&
                        intersect(view.crop, display) == view.crop;
     if (!known) view.crop = unite(display, all);
@@ -130,7 +130,8 @@ Layers findLayers(const std::vector<ExrInputPart>& parts, const std::string& pat
         for (const ExrInputChannel& channel : parts[i].channels) {
             const int number = layerNumber(channel.name);
             const std::size_t dot = channel.name.find('.');
-            // Without a channel Z, layer_000 is a layer of colours in another program's file.
+            // If layer_000 has no channel Z, the file is from another program, and layer_000
+            // contains only colours.
             const bool depth = dot != std::string::npos && channel.name.substr(dot) == ".Z";
             if (number < 0 || !depth || parts[i].deep()) continue;
             layers.try_emplace(number, Place{i, channel.name.substr(0, dot + 1)});

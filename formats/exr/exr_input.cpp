@@ -26,8 +26,9 @@
 namespace peeler {
 namespace {
 
-constexpr int kMaxChannels = 1 << 16;        ///< per part, since a single part may hold all layers
-constexpr std::size_t kZlibState = 1 << 16;  ///< bytes: a little more than zlib needs
+/// Maximum number of channels per part. One part may hold all layers.
+constexpr int kMaxChannels = 1 << 16;
+constexpr std::size_t kZlibState = 1 << 16;  ///< slightly more bytes than zlib's state takes
 /// The bytes that OpenEXR's classes may always allocate for a block of rows or a tile, even if the
 /// image has few of its pixels. They may allocate more only if the file is large enough.
 constexpr std::uint64_t kMostBlock = 64U << 20;
@@ -336,7 +337,7 @@ void ExrInput::checkSizes() const {
                         "OpenEXR has no deep images with compression " + part.compression,
                         path_ + ": " + part.name, "write it again with zips, rle or none");
         }
-        // The minimum for a deep pixel is its sample count.
+        // A deep pixel has at least a sample count.
         std::uint64_t pixel = part.deep() ? sizeof(std::uint32_t) : 0;
         if (!part.deep()) {
             for (const auto& channel : part.channels)

@@ -19,7 +19,7 @@
 #include "formats/file/byte_buffer.h"
 #include "formats/file/regular_file.h"
 
-struct _priv_exr_context_t;  // OpenEXRCore's; NOLINT(bugprone-reserved-identifier)
+struct _priv_exr_context_t;  // OpenEXRCore's type; NOLINT(bugprone-reserved-identifier)
 
 namespace peeler {
 
@@ -43,12 +43,12 @@ inline constexpr const char* kListArrays = "lists in arrays";
 inline constexpr const char* kPlaneArrays = "planes in arrays";
 
 struct ExrInputPart {
-    std::string name;  ///< "" in a single-part file without a name
+    std::string name;  ///< may be "" in a single-part file
     /// "scanlineimage", "tiledimage", "deepscanline" or "deeptile"; kListArrays or kPlaneArrays for
     /// a .safetensors.
     std::string type;
     std::string compression;              ///< "none", "zip", …
-    int tile_width = 0, tile_height = 0;  ///< 0 unless the part is tiled
+    int tile_width = 0, tile_height = 0;  ///< 0 if the part is not tiled
     /// Relative to the upper left corner of the file's first display window.
     Window data_window, display_window;
     std::vector<ExrInputChannel> channels;  ///< sorted by name
@@ -60,7 +60,7 @@ struct ExrInputPart {
     std::optional<std::array<float, 8>> chromaticities{};
 
     const ExrInputChannel* channel(const std::string& wanted) const;
-    /// Returns the text of an attribute; "" if missing.
+    /// Returns the text of an attribute; "" if the part lacks it.
     std::string attribute(const std::string& wanted) const;
     /// Whether every pixel has a list of samples.
     bool deep() const {
@@ -90,7 +90,7 @@ struct ExrTarget {
     std::string name;
     PixelType type = PixelType::kFloat;
     std::byte* first = nullptr;
-    std::size_t stride = 0;  ///< bytes between the beginnings of rows
+    std::size_t stride = 0;  ///< bytes from the start of a row to the next
 };
 
 /// A block of a deep part: a row, or a tile at full resolution.
@@ -114,7 +114,8 @@ class ExrInput {
     ExrInput& operator=(const ExrInput&) = delete;
 
     const std::string& path() const { return path_; }
-    std::uint64_t bytes() const { return bytes_; }  ///< size of the file
+    /// Returns the size of the file, in bytes.
+    std::uint64_t bytes() const { return bytes_; }
     const std::vector<ExrInputPart>& parts() const { return parts_; }
     /// Return the upper left corner of the first part's display window in the file's coordinates.
     /// All other windows are relative to it.

@@ -64,7 +64,7 @@ class FileBytes {
         return value;
     }
 
-    /// Calls take(block) for the blocks that make up [begin, end).
+    /// Calls take(block) for consecutive blocks that cover [begin, end).
     template <class Take>
     void forEachBlock(std::uint64_t begin, std::uint64_t end, Take&& take) {
         for (std::span<const char> block; begin < end; begin += block.size()) {
@@ -86,11 +86,12 @@ class FileBytes {
 };
 
 struct PartHeader {
-    std::uint64_t begin = 0, end = 0;  ///< first byte, and end, which includes the terminating 0
-    std::string name, type, hash;      ///< attributes `name` and `type`, and the hash
-    std::uint64_t digits = 0;          ///< offset of the hash's digits
-    std::int32_t chunks = 0;           ///< value of the attribute chunkCount
-    bool ends = false;                 ///< whether it has the last required attribute
+    std::uint64_t begin = 0, end = 0;  ///< range of the header's bytes, including the terminating 0
+    /// Values of the attributes `name`, `type` and the hash attribute.
+    std::string name, type, hash;
+    std::uint64_t digits = 0;  ///< offset of the hash's digits
+    std::int32_t chunks = 0;   ///< value of the attribute chunkCount
+    bool ends = false;         ///< whether the header has the last required attribute
 };
 
 struct Headers {
@@ -142,7 +143,7 @@ Headers readHeaders(FileBytes& file) {
 /// Whether the headers contain any trace of a hash attribute.
 bool hasHash(FileBytes& file, const Headers& headers) {
     bool found = false;
-    std::string last;  // end of the previous block
+    std::string last;  // end of the previous block, then the current block
     file.forEachBlock(ExrHeaders::kBegin, headers.end, [&](std::span<const char> block) {
         last.append(block.data(), block.size());
         found = found || last.find(kRecordBegin) != std::string::npos ||

@@ -19,7 +19,7 @@ std::string pixelHashRecord(std::uint64_t hash);
 struct ExrIntegrity {
     /// Ordered from best to worst. A set of files has the state of its worst file.
     enum State : std::uint8_t {
-        kProven,   ///< every bit is as it was written
+        kProven,   ///< every bit is as peeler wrote it
         kNone,     ///< no hash: by another program, or by an older version of peeler
         kChanged,  ///< the file does not match its hash
     };

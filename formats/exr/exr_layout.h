@@ -13,19 +13,19 @@ namespace peeler {
 
 /// A layout. The composite, if any, comes first and has plain channel names.
 struct ExrLayout {
-    std::string_view name;     ///< OutputOptions::layout and `peeler:layout`
-    std::string_view summary;  ///< one line
-    bool one_part = false;     ///< all layers and the composite in one part
-    bool prefixed = false;     ///< channels of layers have names like layer_000.R
+    std::string_view name;     ///< name in OutputOptions::layout and in `peeler:layout`
+    std::string_view summary;  ///< description, one line
+    bool one_part = false;     ///< whether all layers and the composite are in one part
+    bool prefixed = false;     ///< whether channels of layers have names like layer_000.R
     bool one_file_a_layer = false;
     std::string_view composite_part = "composite";  ///< name of the composite's part
 };
 
-inline constexpr int kExrRowsPerChunk = 16;  ///< for ZIP compression
+inline constexpr int kExrRowsPerChunk = 16;  ///< rows per chunk of ZIP compression
 
 inline constexpr std::string_view kPerFileLayout = "per-file";
 
-inline constexpr int kMostLayers = 1 << 16;  ///< maximum for input pictures
+inline constexpr int kMostLayers = 1 << 16;  ///< maximum number of layers of an input picture
 
 /// Returns every layout; the first is the default.
 std::span<const ExrLayout> exrLayouts();
@@ -42,9 +42,10 @@ std::string layerName(std::size_t layer);
 int layerNumber(std::string_view name);
 
 struct ExrCompression {
-    std::string_view name;  ///< OutputOptions::compression, ExrInputPart::compression
+    /// Name in OutputOptions::compression and ExrInputPart::compression.
+    std::string_view name;
     std::string_view summary;
-    bool deep = true;  ///< whether deep images may use it
+    bool deep = true;  ///< whether deep images may have this compression
     int value = 0;     ///< value of Imf::Compression
 };
 

@@ -232,7 +232,7 @@ std::vector<ExrLdiReader::Layer> ExrLdiReader::decode(
     return layers;
 }
 
-/// Sets alpha to the mean of AR, AG and AB, or to 1 without them.
+/// Sets alpha to the mean of AR, AG and AB, or to 1 if these channels are missing.
 template <class T>
 void ExrLdiReader::completeAlpha(Layer& layer) const {
     const std::span<T> alpha = layer.as<T>(kAlphaChannel);

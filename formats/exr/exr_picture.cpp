@@ -31,8 +31,8 @@ constexpr Spelling kSpellings[] = {{"R", "red"},   {"G", "green"}, {"B", "blue"}
 /// The channels of a part whose names are the same up to the last dot.
 struct ChannelGroup {
     const ExrInputPart& part;
-    std::string prefix;              ///< the common text, with the dot
-    std::vector<std::string> names;  ///< names without the prefix
+    std::string prefix;              ///< text up to the last dot, with the dot
+    std::vector<std::string> names;  ///< names of the channels without the prefix
 
     bool has(std::string_view name) const { return std::ranges::find(names, name) != names.end(); }
     /// Returns the full name of the channel with this name in any spelling; "" if missing.
@@ -161,7 +161,7 @@ std::string listed(const Names& names) {
     return text;
 }
 
-/// Returns name(picture) for all pictures, without "".
+/// Returns the set of name(picture) for all pictures, without "".
 template <class Name>
 std::set<std::string> namesOf(const std::vector<ExrPicture>& pictures, Name&& name) {
     std::set<std::string> names;

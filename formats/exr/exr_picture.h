@@ -15,17 +15,18 @@ namespace peeler {
 
 /// The names of a picture's channels in its part; "" if missing.
 struct ExrColors {
-    std::array<std::string, 3> rgb;      ///< R, G, B
-    std::string alpha;                   ///< A
-    std::array<std::string, 3> opacity;  ///< AR, AG, AB: all present, or all missing
-    std::string depth;                   ///< Z, of type half or float
-    std::string depth_back;              ///< ZBack
-    std::string luminance;               ///< Y, if R, G and B are all missing
-    std::array<std::string, 2> chroma;   ///< RY and BY: both present, or both missing
+    std::array<std::string, 3> rgb;      ///< names of R, G, B
+    std::string alpha;                   ///< name of A
+    std::array<std::string, 3> opacity;  ///< names of AR, AG, AB: all present, or all missing
+    std::string depth;                   ///< name of Z, which has type half or float
+    std::string depth_back;              ///< name of ZBack
+    std::string luminance;               ///< name of Y, if R, G and B are all missing
+    std::array<std::string, 2> chroma;   ///< names of RY and BY: both present, or both missing
 
     bool tinted() const { return !opacity[0].empty(); }
     bool colored() const { return !luminance.empty() || rgb != std::array<std::string, 3>{}; }
-    bool complete() const;  ///< whether it has R, G and B, or Y
+    /// Whether the picture has R, G and B, or Y.
+    bool complete() const;
     /// Returns the name of the channel for one of colorNames() or for "Z".
     const std::string& named(std::string_view component) const;
 };

@@ -67,7 +67,7 @@ class ExrPlaneWriter {
     std::vector<Part> parts_;
     std::vector<std::size_t> order_;  ///< indices of append()'s channels in file order
     std::size_t part_ = 0;            ///< index of the current part
-    std::size_t rows_seen_ = 0;       ///< rows of the current part received so far
+    std::size_t rows_seen_ = 0;       ///< number of rows of the current part received so far
     std::vector<std::byte> rows_;     ///< rows of incomplete chunks, in file order
     int next_chunk_ = 0;
     StageTimes times_;
@@ -95,7 +95,7 @@ class ExrMidpointWriter : public Sink {
     OutputOptions options_;
     Projection projection_;
     std::unique_ptr<ExrPlaneWriter> plane_;
-    std::vector<float> midpoints_;  ///< midpoints of a band
+    std::vector<float> midpoints_;  ///< midpoints of a band's pixels
     StageTimes times_;
 };
 
@@ -113,7 +113,8 @@ class CountMap : public Sink {
     SinkMemory memory(const Plan& plan) const override;
     StageTimes times() const override;
 
-    std::uint32_t largest() const { return largest_; }  ///< largest count so far
+    /// Returns the largest count so far.
+    std::uint32_t largest() const { return largest_; }
 
   private:
     std::string path_;

@@ -68,16 +68,16 @@ class ExrLdiReader : public LayeredInput {
     OpenedExr opened_;
     ExrFiles& input_ = opened_.files;
     ExrInfo& info_ = opened_.info;
-    bool flat_ = false;            ///< the file is a flat picture, read as one layer
-    bool pixels_ = false;          ///< the file is a composite, read with every pixel
-    ExrColors colors_;             ///< channel names in another program's flat picture
+    bool flat_ = false;    ///< whether the file is a flat picture, which is read as one layer
+    bool pixels_ = false;  ///< whether the file is a composite, of which every pixel is read
+    ExrColors colors_;     ///< channel names in another program's flat picture
     std::vector<Source> sources_;  ///< source of each layer
     /// R, G, B, A, Z, then AR, AG, AB if present, then the channels of extra_.
     std::vector<ExrInputChannel> channels_;
     /// For another program's flat picture: the file's name for each of channels_; "" if missing.
     std::vector<std::string> stored_;
     std::size_t first_extra_ = 0;       ///< index in channels_ of the first channel of extra_
-    std::vector<FragmentArray> extra_;  ///< without data
+    std::vector<FragmentArray> extra_;  ///< extra arrays, without data
 };
 
 /// A reader of deep images in scan lines or tiles, from ExrDeepWriter or other programs. It reads
@@ -110,17 +110,17 @@ class ExrDeepReader : public LayeredInput {
     /// The destination of the values of a part's channel.
     struct Route {
         static constexpr int kNowhere = -4, kGrey = -3, kZ = -2, kColor = -1;
-        PixelType type = PixelType::kHalf;  ///< type in the file
+        PixelType type = PixelType::kHalf;  ///< type of the channel in the file
         int target = kNowhere;  ///< a constant above, or an index into LayeredImage::extra
         std::size_t component = 0;
     };
     struct Part {
         std::size_t index;          ///< index in ExrInfo::parts
-        std::vector<Route> routes;  ///< for all channels of the part, in order
+        std::vector<Route> routes;  ///< routes of all channels of the part, in order
     };
     struct CountedBlock {
-        ExrDeepBlock main, other;            ///< `samples` stay empty
-        std::vector<std::size_t> different;  ///< indices of parts with other counts
+        ExrDeepBlock main, other;            ///< blocks of which only the sample counts are read
+        std::vector<std::size_t> different;  ///< indices of parts whose sample counts differ
     };
 
     std::vector<std::size_t> findOthers(std::size_t main) const;
@@ -142,8 +142,8 @@ class ExrDeepReader : public LayeredInput {
     ExrFiles& input_ = opened_.files;
     ExrInfo& info_ = opened_.info;
     ExrColors colors_;
-    std::vector<Part> parts_;           ///< the first one has Z and colour
-    std::vector<FragmentArray> extra_;  ///< without data
+    std::vector<Part> parts_;           ///< parts to read; the first one has Z and colour
+    std::vector<FragmentArray> extra_;  ///< extra arrays, without data
     std::uint64_t sample_bytes_ = 0;    ///< bytes per sample in all parts together
     std::optional<DepthComplexity> complexity_;
 };

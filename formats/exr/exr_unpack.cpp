@@ -77,8 +77,8 @@ void unfilter(std::span<std::uint8_t> filtered, std::span<std::byte> out) {
 }  // namespace
 
 bool exrInflate(std::span<const std::byte> packed, std::span<std::byte> out) {
-    // Kept between calls, because creating a decompressor takes longer than unpacking the few bytes
-    // of a deep row.
+    // The decompressor is kept between calls, because creating it takes longer than unpacking the
+    // few bytes of a deep row.
     thread_local const std::unique_ptr<libdeflate_decompressor, void (*)(libdeflate_decompressor*)>
         inflater(libdeflate_alloc_decompressor(), libdeflate_free_decompressor);
     // With a null pointer for the actual size, the result must fill `out` exactly.

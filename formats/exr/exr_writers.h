@@ -107,7 +107,7 @@ class ExrDeepWriter : public Sink {
   private:
     struct Part {
         const char* name;
-        std::vector<ExrChannel> channels;  ///< sorted by name
+        std::vector<ExrChannel> channels;  ///< channels, sorted by name
     };
 
     void open(const LayeredImage& first_band);
@@ -128,11 +128,11 @@ class ExrDeepWriter : public Sink {
     std::unique_ptr<AtomicFile> file_;
     /// Created with the first band, which defines the channels.
     std::unique_ptr<ExrOutput> exr_;
-    LayeredImage like_;  ///< the arrays that every band has, without pixels
+    LayeredImage like_;  ///< arrays that every band has, without pixels
     LayeredImage merged_;
     int next_row_ = 0;
     std::uint64_t fragments_seen_ = 0, fragments_written_ = 0;
-    std::uint32_t most_samples_ = 0;  ///< maximum in one pixel
+    std::uint32_t most_samples_ = 0;  ///< maximum number of samples in one pixel
     bool coincident_ = false;         ///< whether two samples of any pixel have the same Z
     std::vector<ExrDeepChunk> packed_;
     ExrPackerPool packers_{kDefaultZipLevel, compression_};

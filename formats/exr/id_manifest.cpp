@@ -26,9 +26,10 @@ namespace peeler {
 namespace {
 
 constexpr const char *kObject = "id.object", *kMaterial = "id.material";
-/// The manifest's optional component in addition to "name".
+/// The component that a manifest may have in addition to "name".
 constexpr const char* kParent = "parent";
-constexpr std::uint64_t kMostNameBytes = 1U << 27;  ///< bytes; no scene has that many names
+/// Maximum bytes of all names, more than any scene has.
+constexpr std::uint64_t kMostNameBytes = 1U << 27;
 
 /// Whether a channel has this name in any layer ("layer_000.id.object").
 bool isOf(const std::string& channel, const std::string& name) {
@@ -232,7 +233,7 @@ class ManifestReader {
     std::span<const std::byte> left_;
     std::vector<std::string> texts_;
     std::vector<std::size_t> order_;
-    std::uint64_t held_ = 0;  ///< bytes counted by hold()
+    std::uint64_t held_ = 0;  ///< number of bytes that hold() has counted
 };
 
 }  // namespace

@@ -16,7 +16,7 @@ namespace peeler {
 
 /// The cost of reading a band.
 struct BandRead {
-    std::uint64_t fragments = 0;  ///< fragments in the band's lists
+    std::uint64_t fragments = 0;  ///< number of fragments in the band's lists
     std::uint64_t bytes = 0;      ///< bytes needed for reading, in addition to the lists
     bool counted = false;         ///< whether `fragments` is exact, not a maximum
 };

@@ -13,7 +13,7 @@ namespace peeler {
 struct ValueTexture {
     std::string name;
     int size = 0;                ///< texels per side
-    std::size_t components = 1;  ///< 1 or 3
+    std::size_t components = 1;  ///< number of components, 1 or 3
     std::vector<float> values;
 };
 

@@ -81,7 +81,7 @@ bool lockIsMine(int descriptor) {
 }  // namespace
 
 std::filesystem::path withLinksFollowed(std::filesystem::path path) {
-    constexpr int kMostLinks = 40;  // Linux's limit
+    constexpr int kMostLinks = 40;  // the limit of Linux
     std::error_code failure;
     for (int i = 0; i < kMostLinks && fs::is_symlink(fs::symlink_status(path, failure)); ++i) {
         const fs::path target = fs::read_symlink(path, failure);
@@ -206,7 +206,8 @@ void AtomicFile::sync() {
 }
 
 void AtomicFile::syncAll(std::span<AtomicFile* const> files) {
-    constexpr std::size_t kFew = 8;  // up to this number, syncing each file is faster
+    // Up to this number of files, fsync() on each file is faster than syncfs().
+    constexpr std::size_t kFew = 8;
     for (AtomicFile* const file : files) {
         file->flush();
         if (!file->in_scratch_) sync_file_range(file->descriptor_, 0, 0, SYNC_FILE_RANGE_WRITE);
@@ -216,7 +217,7 @@ void AtomicFile::syncAll(std::span<AtomicFile* const> files) {
     // fsync() decides whether the file is on disk.
     constexpr unsigned kWritten =
         SYNC_FILE_RANGE_WAIT_BEFORE | SYNC_FILE_RANGE_WRITE | SYNC_FILE_RANGE_WAIT_AFTER;
-    std::map<dev_t, bool> file_systems;  // whether syncfs() succeeded
+    std::map<dev_t, bool> file_systems;  // whether syncfs() succeeded on each file system
     for (AtomicFile* const file : files) {
         if (file->in_scratch_) continue;
         struct stat status {};
@@ -255,7 +256,7 @@ void AtomicFile::publish() {
 void AtomicFile::syncFolder() const {
     if (in_scratch_ || isStandardOutput(path_)) return;
     const int folder = openFile(folderOf(destination_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (folder < 0) return;  // a writable but unreadable folder cannot be synced
+    if (folder < 0) return;  // an unreadable folder may be writable, but cannot be synced
     const int result = fsync(folder);
     const int cause = errno;
     close(folder);

@@ -50,7 +50,8 @@ class AtomicFile {
     /// afterwards.
     void commit();
 
-    std::uint64_t size() const { return size_; }  ///< bytes, including the buffer
+    /// Returns the number of bytes appended, including buffered bytes.
+    std::uint64_t size() const { return size_; }
     const std::string& path() const { return path_; }
     /// Returns path() with symbolic links followed: the final location.
     const std::string& destination() const { return destination_; }
@@ -58,7 +59,7 @@ class AtomicFile {
 
   private:
     friend void commitAll(std::span<AtomicFile* const> files);
-    // The steps of commit(). syncAll() handles several files together.
+    // The steps of commit(). syncAll() syncs several files together.
     static void syncAll(std::span<AtomicFile* const> files);
     void publish();
     void syncFolder() const;
@@ -68,12 +69,12 @@ class AtomicFile {
     void discard() noexcept;
     [[noreturn]] void fail(const std::string& what, int error) const;
 
-    std::string path_;         ///< as the caller wrote it, for messages
-    std::string destination_;  ///< with symbolic links followed
+    std::string path_;         ///< path as the caller gave it, for messages
+    std::string destination_;  ///< path_ with symbolic links followed
     std::string temporary_path_;
     int descriptor_ = -1;
-    int slot_ = -1;            ///< index from noteTemporary(); −1 if no slot was free
-    bool in_scratch_ = false;  ///< isScratchFile(): the file is not synced
+    int slot_ = -1;            ///< slot from noteTemporary(); −1 if no slot was free
+    bool in_scratch_ = false;  ///< whether the file is a scratch file, which is not synced
     std::vector<std::byte> buffer_;
     std::uint64_t size_ = 0;
     std::uint64_t transferable_ = 0;  ///< bytes written since the last transfer to disk was started

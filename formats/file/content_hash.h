@@ -19,10 +19,11 @@ class ContentHasher {
   public:
     ContentHasher();
     void add(std::span<const std::byte> bytes);
-    std::uint64_t value() const;  ///< hash of the bytes added so far
+    /// Returns the hash of the bytes added so far.
+    std::uint64_t value() const;
 
   private:
-    alignas(std::uint64_t) std::array<std::byte, 88> state_;  ///< XXH64_state_t
+    alignas(std::uint64_t) std::array<std::byte, 88> state_;  ///< storage of an XXH64_state_t
 };
 
 /// Returns the 64-bit FNV-1a of the text, as 16 hexadecimal digits.

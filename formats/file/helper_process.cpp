@@ -120,7 +120,8 @@ void waitFor(pid_t child, const HelperRun& run) {
 }
 
 std::string takeText(SharedFile& result) {
-    constexpr std::uint64_t kMostOfMessage = 8192;  // longer than any text of an Error
+    // Maximum bytes of a text; no Error has a longer text.
+    constexpr std::uint64_t kMostOfMessage = 8192;
     const auto text = result.take<char>(kMostOfMessage);
     return {text.begin(), text.end()};
 }

@@ -73,8 +73,8 @@ class SharedFile {
 /// The state of a helper, stored as the first value of its result.
 enum class HelperState : std::uint32_t {
     kUnfinished = 0,
-    kDone,    ///< the result follows
-    kFailed,  ///< an Error follows: its kind (int), message and hint
+    kDone,    ///< the helper's result follows
+    kFailed,  ///< the helper's Error follows: kind (int), message and hint
 };
 
 struct HelperRun {

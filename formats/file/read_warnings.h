@@ -16,7 +16,7 @@ namespace peeler {
 /// `strict`, throws the first one as an Error instead. Not thread-safe.
 class ReadWarnings {
   public:
-    /// Warnings without a place get the place `file`.
+    /// `file` is the place of warnings that have no place of their own.
     ReadWarnings(bool strict, std::string file) : strict_(strict), file_(std::move(file)) {}
 
     bool strict() const { return strict_; }

@@ -28,13 +28,13 @@ class ReadingMemory {
 
   private:
     MemoryBudget budget_;
-    std::uint64_t unseen_ = 0;  ///< bytes allowed since the resident memory was last checked
+    std::uint64_t unseen_ = 0;  ///< bytes allowed since the last check of the resident memory
 };
 
 /// A limit on the total bytes of one kind of data in a file, whatever memory is available.
 class SizeLimit {
   public:
-    /// `what` begins the message, for example "the geometry needs".
+    /// `what` is the beginning of the message, for example "the geometry needs".
     SizeLimit(const char* what, std::uint64_t most) : what_(what), most_(most) {}
 
     /// Throws Error (kInput) if `more` bytes would exceed the limit.

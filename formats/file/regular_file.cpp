@@ -51,7 +51,8 @@ constexpr char kNoPipes[] = "pipes and devices are not read; copy the data to a 
 /// while another program holds a lease (fcntl(2), F_SETLEASE), which the kernel soon revokes.
 int openToRead(const std::filesystem::path& path) {
     constexpr int kHow = O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY;
-    constexpr int kMostWaits = 6000;  // a minute; /proc/sys/fs/lease-break-time is 45 s
+    // The waits take a minute, longer than the default of /proc/sys/fs/lease-break-time (45 s).
+    constexpr int kMostWaits = 6000;
     for (int wait = 0;; ++wait) {
         const int descriptor = openFile(path.c_str(), kHow);
         struct stat status {};
@@ -143,7 +144,7 @@ RegularFile::~RegularFile() {
 }
 
 void RegularFile::check() const {
-    if (error_ == ENXIO)  // a socket, or a missing device
+    if (error_ == ENXIO)  // the file is a socket, or its device is missing
         throw Error(ErrorKind::kInput, "this is not a regular file", path_.string(), kNoPipes);
     if (error_ != 0) failToOpen(path_, error_);
     if (S_ISDIR(status_.st_mode))

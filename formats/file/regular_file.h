@@ -28,7 +28,7 @@ namespace peeler {
 inline void openStandardStreams() {
     for (int stream = STDIN_FILENO; stream <= STDERR_FILENO; ++stream) {
         if (fcntl(stream, F_GETFD) >= 0) continue;
-        // open() returns the lowest free number, which is `stream`.
+        // Opens `stream`, because it is the lowest free number.
         if (::open("/dev/null", stream == STDIN_FILENO ? O_WRONLY : O_RDONLY) < 0) return;
     }
 }
@@ -57,7 +57,7 @@ bool fileExists(const std::filesystem::path& path, ErrorKind kind = ErrorKind::k
 /// determined.
 bool isTaken(const std::filesystem::path& name);
 /// Whether a file or folder certainly exists: like fileExists(), but returns false instead of
-/// throwing. For files that are searched for in several folders, or only reported.
+/// throwing. Used for files that are searched for in several folders, or only reported.
 bool isSeen(const std::filesystem::path& path);
 /// Returns the names of all entries in a folder, unordered; empty if there is no such folder.
 /// Throws Error (kOutput) if it cannot be listed.
@@ -89,7 +89,8 @@ class RegularFile {
     bool isOpen() const { return descriptor_ >= 0; }
     /// Throws the Error of readRegularFile() if the file is not open.
     void check() const;
-    int descriptor() const { return descriptor_; }  ///< −1 if the file is not open
+    /// Returns the file descriptor; −1 if the file is not open.
+    int descriptor() const { return descriptor_; }
     std::uint64_t size() const { return static_cast<std::uint64_t>(status_.st_size); }
 
     /// Properties of a file that differ if it has been replaced or changed.

@@ -12,9 +12,9 @@ namespace peeler {
 
 /// The certainty of a forecast.
 enum class Certainty : std::uint8_t {
-    kExact,   ///< to the byte: uncompressed data with a known number of rows
-    kAtMost,  ///< an upper bound: compressed data
-    kAbout    ///< an estimate, for instance where input bytes are re-encoded
+    kExact,   ///< the exact number of bytes, as for uncompressed data with a known number of rows
+    kAtMost,  ///< an upper bound, as for compressed data
+    kAbout    ///< an estimate, as for input bytes that are encoded again
 };
 
 struct SizeForecast {

@@ -154,7 +154,7 @@ struct TarShards::OldShard {
     std::string path;
     RegularFile::Identity identity{};
     std::uint64_t samples = 0;
-    std::uint64_t size = 0;               ///< bytes of its samples
+    std::uint64_t size = 0;               ///< total bytes of the shard's samples
     std::uint64_t left = 0;               ///< number of samples that have not been kept
     std::unique_ptr<RegularFile> file{};  ///< null while it is closed
     /// Whether a new shard has taken its name. The old file then exists only while it is open.
@@ -279,7 +279,7 @@ TarShards::Stored TarShards::keep(const std::string& key) {
     ++count_;
     size_ += sample.end - sample.begin;
     if (--sample.shard->left == 0 && sample.shard->replaced) close(*sample.shard);
-    samples_.erase(key);  // a key may be stored only once
+    samples_.erase(key);  // each key may be stored only once
     return stored;
 }
 
@@ -393,7 +393,7 @@ std::string TarShards::surplus() const {
     try {
         there = framesThere(pattern_);
     } catch (const Error&) {
-        return "";  // all shards are written; the surplus would only be reported
+        return "";  // not an error, since all shards have been written
     }
     std::erase_if(there, [&](int number) { return number < number_; });
     return there.empty() ? "" : nameOf(there.front());

@@ -21,7 +21,7 @@ namespace peeler {
 
 class RegularFile;
 
-/// The limits of a shard.
+/// The limits of shards.
 struct ShardSettings {
     std::uint64_t samples = 100'000;  ///< maximum number of samples per shard
     /// Maximum size of the shard's file, in bytes. A larger sample gets a shard of its own.
@@ -32,7 +32,7 @@ struct ShardSettings {
 
 /// A file to be stored as KEY.EXTENSION.
 struct SampleFile {
-    std::string extension;  ///< after the key, without the dot: "png", "ldi.npz"
+    std::string extension;  ///< part of the name after the key, without the dot: "png", "ldi.npz"
     std::filesystem::path file;
 };
 
@@ -94,8 +94,8 @@ class TarShards {
     struct OldSample {
         OldShard* shard = nullptr;
         std::string hash;
-        std::uint64_t begin = 0, end = 0;  ///< the sample's bytes in the shard's file
-        std::uint64_t bytes = 0;           ///< as Stored::bytes
+        std::uint64_t begin = 0, end = 0;  ///< range of the sample's bytes in the shard's file
+        std::uint64_t bytes = 0;           ///< number of bytes, as in Stored::bytes
     };
 
     static std::unique_ptr<OldShard> read(const std::string& path,
@@ -107,24 +107,25 @@ class TarShards {
     void append(const std::string& name, std::uint64_t size);
     RegularFile& opened(OldShard& shard);
     void close(OldShard& shard);
-    OldShard* oldShard() const;  ///< earlier shard with the current number; null if missing
+    /// Returns the earlier shard with the current number; null if there is none.
+    OldShard* oldShard() const;
     void checkUnbroken() const;
 
     std::string pattern_;
     ShardSettings settings_;
     std::time_t date_ = 0;  ///< date of all members
 
-    std::unordered_map<int, std::unique_ptr<OldShard>> old_;  ///< indexed by number
-    std::unordered_map<std::string, OldSample> samples_;      ///< indexed by key
+    std::unordered_map<int, std::unique_ptr<OldShard>> old_;  ///< earlier shards by number
+    std::unordered_map<std::string, OldSample> samples_;      ///< earlier samples by key
     /// Shards whose files are open: a few, in order of last use.
     std::deque<OldShard*> open_;
 
     // The current shard. It has no file as long as it consists of kept samples in the same order as
     // at the beginning of the old shard.
     int number_ = 0;
-    std::uint64_t count_ = 0, size_ = 0;  ///< number of samples, and their bytes with headers
+    std::uint64_t count_ = 0, size_ = 0;  ///< number of samples; bytes of the samples with headers
     std::unique_ptr<AtomicFile> file_;
-    bool broken_ = false;  ///< the file has a partial sample, or could not be finished
+    bool broken_ = false;  ///< whether the file has a partial sample, or could not be finished
 };
 
 }  // namespace peeler

@@ -36,8 +36,8 @@ struct Slot {
     char path[PATH_MAX]{};
 };
 static_assert(std::atomic<int>::is_always_lock_free);
-constexpr std::size_t kSlots = 1024;       // enough, even if each layer has its own file
-constinit std::array<Slot, kSlots> slots;  // 4 MiB of address space, not committed before use
+constexpr std::size_t kSlots = 1024;       // number of files, enough for a file per layer
+constinit std::array<Slot, kSlots> slots;  // 4 MiB of address space, committed page by page on use
 
 constexpr std::string_view kMark = ".peeler-", kTemporary = ".tmp", kScratchBase = "samples";
 

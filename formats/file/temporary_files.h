@@ -51,7 +51,7 @@ class ScratchFolder {
   private:
     std::filesystem::path path_;
     int descriptor_ = -1;
-    int place_ = -1;  ///< index from noteTemporary()
+    int place_ = -1;  ///< slot from noteTemporary()
 };
 
 /// Whether a file lies in a scratch folder.

@@ -39,7 +39,7 @@ class VertexValues {
     }
 
     void add() {
-        // The nodes that show each mesh, with or without values.
+        // All nodes of each mesh, with or without values.
         std::map<std::size_t, std::vector<std::size_t>> nodes_of;
         const ordered_json& nodes = package_.gltf().at("nodes");
         for (std::size_t i = 0; i < nodes.size(); ++i)
@@ -50,7 +50,7 @@ class VertexValues {
     }
 
   private:
-    /// A mesh's values, by primitive, for one node.
+    /// The values of one node's mesh, by primitive.
     using Values = std::vector<const BakedPrimitive*>;
 
     const Values& valuesOf(std::size_t node) const {
@@ -135,7 +135,7 @@ class VertexValues {
     void correctCounts(const ordered_json& primitive, std::size_t vertices) {
         for (const auto& [name, id] : primitive["extensions"][kDraco]["attributes"].items()) {
             const auto attribute = primitive["attributes"].find(name);
-            // Readers ignore attributes that only the extension lists.
+            // Readers ignore an extension's attribute that the primitive itself lacks.
             if (attribute == primitive["attributes"].end()) continue;
             ordered_json& accessor = package_.gltf()["accessors"].at(attribute->get<std::size_t>());
             if (!accessor.contains("bufferView")) accessor["count"] = vertices;
@@ -144,7 +144,7 @@ class VertexValues {
 
     GlbWriter& package_;
     const std::string& attribute_;
-    std::map<int, Values> baked_;  ///< indexed by node
+    std::map<int, Values> baked_;  ///< values of each node
 };
 
 /// Calls body(primitive) for every primitive in the file.
@@ -274,7 +274,7 @@ void addOcclusionTextures(GlbWriter& package, int uv_set, std::vector<BakedTextu
             forEachPrimitive(gltf, [&](ordered_json& primitive) {
                 if (!primitive.at("attributes").contains(uvs)) return;
                 if (fallback) {
-                    primitive.emplace("material", fresh);  // keeps an existing material
+                    primitive.emplace("material", fresh);  // does nothing if there is a material
                     return;
                 }
                 forEachMaterial(primitive, [&](ordered_json& index) {

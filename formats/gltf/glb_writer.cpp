@@ -24,7 +24,8 @@ using nlohmann::json;
 using nlohmann::ordered_json;
 
 constexpr std::uint64_t kMostContainerBytes = std::numeric_limits<std::uint32_t>::max();
-constexpr std::uint64_t kContainerAlignment = 4;  // alignment of chunks; no accessor needs more
+// Alignment of chunks, sufficient for every accessor.
+constexpr std::uint64_t kContainerAlignment = 4;
 
 std::uint64_t padded(std::uint64_t bytes) {
     return (bytes + kContainerAlignment - 1) / kContainerAlignment * kContainerAlignment;
@@ -130,7 +131,7 @@ std::optional<std::span<const std::uint8_t>> GlbWriter::bufferBytes(
         try {
             bytes = storage_.emplace_back(folder_.read(text, where + "/uri", given_by_read_gltf_));
         } catch (const Error&) {
-            if (isMeshoptFallback(buffer)) return {};  // readers do not need the fallback
+            if (isMeshoptFallback(buffer)) return {};  // a fallback buffer is optional
             throw;
         }
     }
@@ -162,7 +163,7 @@ void GlbWriter::takeBuffers(const json& checked,
         }
     }
     ordered_json& buffers = json_["buffers"] = ordered_json::array();
-    buffers.push_back(std::move(merged));  // write() sets byteLength
+    buffers.push_back(std::move(merged));  // write() sets the byteLength later
     for (ordered_json& placeholder : placeholders)
         buffers.push_back(std::move(placeholder));
     const auto views = json_.find("bufferViews");

@@ -80,14 +80,15 @@ class GlbWriter {
     std::string path_;
     GltfFolder folder_;
     nlohmann::ordered_json json_;
-    std::deque<std::vector<std::uint8_t>> storage_;  ///< owns the bytes of the spans below
+    /// Storage of the bytes that the spans below refer to.
+    std::deque<std::vector<std::uint8_t>> storage_;
     /// Parts of the binary chunk. Each part starts at a multiple of 4 bytes.
     std::vector<std::span<const std::uint8_t>> parts_;
-    std::uint64_t size_ = 0;  ///< size of all parts, with padding
+    std::uint64_t size_ = 0;  ///< total size of the parts with padding, in bytes
     /// For each source buffer, its offset in the binary chunk; nothing if the buffer is not
     /// embedded.
     std::vector<std::optional<std::uint64_t>> starts_;
-    std::vector<std::size_t> placeholders_;  ///< for each buffer without data, its new index
+    std::vector<std::size_t> placeholders_;  ///< new index of each buffer without data
     std::vector<Text> warnings_;
     ReadWarnings given_by_read_gltf_{false, {}};
 };

@@ -12,16 +12,17 @@
 
 namespace peeler {
 
-/// A component type that an attribute may have, such as 5123 normalised.
+/// A component type that an attribute may have, such as 5123 (UNSIGNED_SHORT), normalised.
 struct ComponentFormat {
-    int type;  ///< number in glTF (and OpenGL): 5120 BYTE … 5126 FLOAT
+    int type;  ///< number of the type in glTF and OpenGL: 5120 BYTE … 5126 FLOAT
     bool normalized = false;
     bool operator==(const ComponentFormat&) const = default;
 };
 
 /// The required format of an accessor for a certain use.
 struct AccessorFormat {
-    std::initializer_list<int> components;  ///< number of components: {3, 4} for VEC3 or VEC4
+    /// Allowed numbers of components: {3, 4} for VEC3 or VEC4.
+    std::initializer_list<int> components;
     std::initializer_list<ComponentFormat> allowed;
     /// The Khronos validator's issue code if `normalized` is wrong.
     const char* issue = "MESH_PRIMITIVE_ATTRIBUTES_ACCESSOR_INVALID_FORMAT";
@@ -36,7 +37,7 @@ class AccessorReader {
   public:
     explicit AccessorReader(GltfDocument& document) : document_(document) {}
 
-    /// Return the number of elements, and the components per element.
+    /// Return the number of elements, and the number of components per element.
     std::size_t count(int accessor) const;
     int components(int accessor) const;
 

@@ -156,7 +156,7 @@ class AnimationReader {
     const json& source_;
     std::string where_;
     Animation result_;
-    /// Index of keyframes, by sampler, width and property.
+    /// Index of the keyframes for each sampler, width and property.
     std::map<std::tuple<std::size_t, std::size_t, AnimatedProperty>, std::size_t> read_;
 };
 

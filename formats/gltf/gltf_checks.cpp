@@ -76,7 +76,7 @@ std::vector<int> parentsOf(const json& nodes) {
 void checkDepths(const std::vector<int>& parents) {
     const std::size_t count = parents.size();
     // Walk each chain only once: stop at a node of known depth.
-    std::vector<std::size_t> depths(count, 0);  // of each node: 1 for roots, 0 if unknown
+    std::vector<std::size_t> depths(count, 0);  // depth of each node: 1 for roots, 0 if unknown
     std::vector<std::size_t> chain;
     for (std::size_t i = 0; i < count; ++i) {
         chain.clear();
@@ -179,7 +179,8 @@ void checkGltfForest(json& gltf, ReadWarnings& warnings) {
     checkDepths(parents);
     const auto scenes = gltf.find("scenes");
     if (scenes == gltf.end()) return;
-    std::vector<Mark> listed(parents.size(), Mark::kUnknown);  // nodes that any scene lists
+    // Marks of nodes that any scene lists.
+    std::vector<Mark> listed(parents.size(), Mark::kUnknown);
     for (std::size_t i = 0; i < scenes->size(); ++i) {
         const auto roots = (*scenes)[i].find("nodes");
         if (roots == (*scenes)[i].end()) continue;

@@ -24,8 +24,8 @@ class SharedFile;
 
 /// A compressed attribute, as described by its glTF accessor.
 struct DracoAttribute {
-    std::uint32_t unique_id = 0;  ///< id in the compressed data
-    int component_type = 5126;    ///< as in glTF, 5120 BYTE … 5126 FLOAT
+    std::uint32_t unique_id = 0;  ///< id of the attribute in the compressed data
+    int component_type = 5126;    ///< type as in glTF: 5120 BYTE … 5126 FLOAT
     int components = 1;
 };
 
@@ -55,7 +55,7 @@ constexpr std::uint64_t dracoBytes(std::uint64_t faces, std::size_t attributes) 
 inline constexpr char kDracoHint[] = "compress the file again";
 
 struct DracoMesh {
-    std::vector<std::uint32_t> indices;  ///< three per triangle, all below `points`
+    std::vector<std::uint32_t> indices;  ///< three indices per triangle, all below `points`
     std::size_t points = 0;
     /// The values of each requested attribute, in order: points · components values, without
     /// padding.
@@ -83,8 +83,8 @@ DracoMesh takeDracoMesh(SharedFile& result, std::span<const DracoAttribute> attr
 /// A compressed stream, with its properties from the extension object.
 struct MeshoptStream {
     std::span<const std::uint8_t> bytes;  ///< compressed bytes
-    std::string mode;                     ///< ATTRIBUTES, TRIANGLES, INDICES
-    std::string filter = "NONE";          ///< NONE, OCTAHEDRAL, QUATERNION, EXPONENTIAL, COLOR
+    std::string mode;                     ///< ATTRIBUTES, TRIANGLES or INDICES
+    std::string filter = "NONE";          ///< NONE, OCTAHEDRAL, QUATERNION, EXPONENTIAL or COLOR
     std::uint64_t stride = 0;             ///< bytes per element
     std::uint64_t count = 0;              ///< number of elements
 };
@@ -102,8 +102,9 @@ void decodeMeshoptStream(const MeshoptStream& stream, std::span<std::uint8_t> ou
 // use.
 
 struct TextureLimits {
-    int max_dimension = 16384;                         ///< maximum width and height, in pixels
-    std::uint64_t max_bytes = std::uint64_t{1} << 30;  ///< maximum decoded size, 4 bytes per pixel
+    int max_dimension = 16384;  ///< maximum width and height, in pixels
+    /// Maximum decoded size in bytes, at 4 bytes per pixel.
+    std::uint64_t max_bytes = std::uint64_t{1} << 30;
     /// Called with the number of bytes before each allocation; may throw.
     std::function<void(std::uint64_t bytes)> allow{};
 };

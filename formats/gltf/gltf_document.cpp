@@ -236,7 +236,7 @@ void decompressViews(GltfDocument& document, const json& views, const json& buff
             try {
                 readBuffer(document, buffers, buffer, container);
             } catch (const Error&) {
-                throw problem.error;  // report the cause, not the failed fallback
+                throw problem.error;  // report the cause, not the failure of the fallback
             }
         }
         if (document.buffers[buffer].empty()) throw problem.error;
@@ -286,7 +286,7 @@ std::uint64_t parsedBytes(std::string_view text) {
     std::uint64_t bytes = 0, largest = 0, longest = 0;
     // For each open array or object, the number of its elements before the current comma.
     std::vector<std::uint64_t> elements;
-    std::size_t quote = text.npos;  // start of the open string
+    std::size_t quote = text.npos;  // position of the open string's quotation mark
     for (std::size_t i = 0; i < text.size(); ++i) {
         const char c = text[i];
         if (c == '"') {

@@ -33,7 +33,7 @@ struct GltfDocument {
     /// Without buffers, images, animations, skins and node extensions, which the members below
     /// hold.
     tinygltf::Model model;
-    nlohmann::json animations, skins;  ///< JSON arrays as in the file, checked
+    nlohmann::json animations, skins;  ///< the file's JSON arrays, which have been checked
     nlohmann::json node_extensions;    ///< JSON array: an object or null for each node
     nlohmann::json node_extras;        ///< JSON array: any value or null for each node
 
@@ -64,7 +64,8 @@ struct GltfDocument {
     ReadWarnings warnings;
     std::uint64_t content_hash = 0;  ///< hash of all bytes read so far
     GltfFolder folder;
-    std::deque<std::vector<std::uint8_t>> storage;  ///< owns the bytes of the spans above
+    /// Storage of the bytes that the spans above refer to.
+    std::deque<std::vector<std::uint8_t>> storage;
 
     void warn(const Text& sentence, const Text& where = {}) { warnings.warn(sentence, where); }
     /// Keeps a file's bytes, adds them to the hash, and returns them.
@@ -76,7 +77,7 @@ struct GltfDocument {
     ReadingMemory memory;
 
   private:
-    std::map<std::string, std::span<const std::uint8_t>> read_;  ///< bytes read so far, by URI
+    std::map<std::string, std::span<const std::uint8_t>> read_;  ///< bytes of each URI read so far
 };
 
 /// Returns the memory, in bytes, that parsing a JSON text takes. Strings, arrays and objects (maps)

@@ -37,7 +37,7 @@ struct Attribute {
 struct Request {
     int buffer_view = -1;
     std::vector<Attribute> attributes;
-    int indices = -1;   ///< accessor of the indices; −1 for none
+    int indices = -1;   ///< accessor of the indices; −1 if there are none
     int position = -1;  ///< accessor of the positions
     int mode = kTriangles;
     bool operator<(const Request& other) const {
@@ -52,7 +52,7 @@ struct DracoJob {
     std::string where;  ///< JSON pointer of the extension object in the job's first primitive
     DracoMesh mesh;
     std::optional<Error> problem;
-    std::map<std::string, int> accessors;  ///< new accessors, by attribute
+    std::map<std::string, int> accessors;  ///< new accessor of each attribute
     int indices = -1;                      ///< new accessor of the indices
 };
 
@@ -164,7 +164,8 @@ class DracoReader {
     /// enough, since many primitives may refer to the same bytes.
     std::uint64_t mostTime() const {
         constexpr std::uint64_t kFirst = 500'000, kEach = 20'000, kByte = 64;
-        std::map<const std::uint8_t*, std::size_t> sizes;  // by the address of the first byte
+        // Size of each compressed view, keyed by its first byte.
+        std::map<const std::uint8_t*, std::size_t> sizes;
         for (const DracoJob& job : jobs_) {
             const tinygltf::BufferView& view =
                 document_.model.bufferViews[static_cast<std::size_t>(job.request.buffer_view)];
@@ -182,7 +183,8 @@ class DracoReader {
     /// Returns the memory limit, in bytes, of each decoder. `decoded` bytes of the budget are
     /// reserved for results.
     std::uint64_t mostMemory(std::uint64_t decoded) const {
-        constexpr std::uint64_t kLeast = 32U << 20U;  // enough to start and to report a failure
+        // Enough memory to start and to report a failure.
+        constexpr std::uint64_t kLeast = 32U << 20U;
         if (document_.memory.budget() == 0) return std::numeric_limits<std::uint64_t>::max();
         std::uint64_t left = document_.memory.left();
         left -= std::min(left, decoded);
@@ -300,7 +302,7 @@ class DracoReader {
     std::uint64_t most_microseconds_ = 0, most_bytes_ = 0;
     std::atomic<std::uint64_t> microseconds_ = 0;  ///< CPU time used so far
     std::vector<DracoJob> jobs_;
-    /// Primitive, and index of its job.
+    /// The primitives, each with the index of its job.
     std::vector<std::pair<tinygltf::Primitive*, std::size_t>> primitives_;
 };
 

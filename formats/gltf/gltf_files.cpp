@@ -80,7 +80,7 @@ std::vector<std::uint8_t> decodeBase64(std::string_view text, const std::string&
             "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
         for (std::size_t i = 0; i < alphabet.size(); ++i)
             table[static_cast<unsigned char>(alphabet[i])] = static_cast<std::int8_t>(i);
-        table['-'] = 62;  // RFC 4648 §5: '-' and '_', which some exporters use
+        table['-'] = 62;  // some exporters use '-' and '_' (RFC 4648 §5)
         table['_'] = 63;
         return table;
     }();
@@ -161,8 +161,8 @@ GltfFolder::GltfFolder(const fs::path& scene_file, std::uint64_t max_file_bytes,
 
 /// A file name in a scene.
 struct GltfFolder::Named {
-    std::string shown;  ///< for messages
-    std::string name;   ///< a path
+    std::string shown;  ///< name in messages
+    std::string name;   ///< name as a path
     std::string from;   ///< the folder to which `name` is relative
 
     fs::path whole() const { return hasDrive(name) ? fs::path(name) : fs::path(from) / name; }
@@ -230,7 +230,7 @@ std::optional<fs::path> GltfFolder::present(const fs::path& name) const {
     try {
         std::error_code error;
         if (fs::is_regular_file(allowed(found), error)) return found.lexically_normal();
-    } catch (const Error&) {  // a link leads out of the folder
+    } catch (const Error&) {  // a link leads out of the scene's folder
     }
     return {};
 }

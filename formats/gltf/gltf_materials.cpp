@@ -302,8 +302,8 @@ class MaterialReader {
     std::vector<int> used_images_;
     /// For each used image, the document's index of its fallback; −1 for none.
     std::vector<int> fallbacks_;
-    std::vector<Decoded> decoded_;  ///< for each used image
-    std::vector<int> places_;       ///< for each image of the document, its index in used_images_
+    std::vector<Decoded> decoded_;  ///< decoded form of each used image
+    std::vector<int> places_;       ///< index in used_images_ of each image of the document
 };
 
 }  // namespace

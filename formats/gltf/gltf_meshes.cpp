@@ -352,7 +352,7 @@ class PrimitiveReader {
     const SizeLimit& budget_;
     std::uint64_t least_bytes_ = 0;  ///< lower bound of the primitive's size in the scene, in bytes
     std::size_t vertex_count_ = 0;
-    ElementRange used_;  ///< vertices to read
+    ElementRange used_;  ///< range of the vertices to read
 };
 
 using UvSets = std::array<bool, 2>;  ///< whether any texture uses each of the UV sets

@@ -257,7 +257,7 @@ class NodeReader {
     GltfDocument& document_;
     Scene& scene_;
     AccessorReader accessors_;
-    std::vector<std::size_t> mesh_joints_;  ///< for each mesh, the number of required joints
+    std::vector<std::size_t> mesh_joints_;  ///< number of joints that each mesh requires
     SizeLimit limit_;
 };
 

@@ -20,7 +20,7 @@ Scene readGltf(const std::filesystem::path& path, const GltfOptions& options = {
 /// A known glTF extension.
 struct GltfExtension {
     const char* name;
-    bool supported;  ///< whether extensionsRequired may list it
+    bool supported;  ///< whether extensionsRequired may list the extension
     /// The purpose of a supported extension, or the effect of ignoring the extension.
     const char* note;
     /// Whether it provides texture images in a format that cannot be decoded.

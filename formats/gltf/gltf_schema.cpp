@@ -215,7 +215,7 @@ class SchemaCheck {
     }
 
     json& root_;
-    /// Known sizes, kept because there may be millions of indices.
+    /// Sizes of the root's arrays, cached because there may be millions of indices.
     std::map<std::string_view, std::size_t> sizes_;
 };
 

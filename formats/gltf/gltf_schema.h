@@ -30,17 +30,17 @@ enum class SchemaKind {
     kBool,
     kString,      ///< `of` lists the allowed values, separated by spaces; "" allows any
     kStrings,     ///< array of strings
-    kNumber,      ///< finite as a 32-bit float
+    kNumber,      ///< a number that is finite as a 32-bit float
     kPositive,    ///< a number above zero
-    kNumbers,     ///< array of `max` numbers
-    kNumberList,  ///< array of any number of numbers
-    kInteger,     ///< min … max
+    kNumbers,     ///< array with `max` numbers
+    kNumberList,  ///< array with any number of numbers
+    kInteger,     ///< integer from `min` to `max`
     kEnum,        ///< integer; `of` lists the allowed values
     kIndex,       ///< index into an array, whose path from the root is `of`
     kIndices,     ///< array of indices
     kIndexMap,    ///< object of indices
     kIndexMaps,   ///< array of objects of indices
-    kIntegerMap,  ///< object of integers, min … max
+    kIntegerMap,  ///< object of integers from `min` to `max`
     kObject,      ///< object whose members are checked by the rows of owner `of`
     kObjects,     ///< array of objects
     kExtensions,  ///< object; members with a row, or with rows of "owner/name", are checked

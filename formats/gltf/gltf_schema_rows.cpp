@@ -48,11 +48,11 @@ constexpr SchemaRow kRows[] = {
     {"skin", "joints", Kind::kIndices, "nodes", true},
     {"animation", "channels", Kind::kObjects, "channel", true},
     {"animation", "samplers", Kind::kObjects, "animationSampler", true},
-    // Index into the samplers of the same animation.
+    // An index into the samplers of the same animation.
     {"channel", "sampler", Kind::kInteger, "", true, 0, kIntMax},
     {"channel", "target", Kind::kObject, "target", true},
     {"target", "node", Kind::kIndex, "nodes"},
-    {"target", "path", Kind::kString, "", true},  // any: extensions add more paths
+    {"target", "path", Kind::kString, "", true},  // extensions may define other paths
     {"animationSampler", "input", Kind::kIndex, "accessors", true},
     {"animationSampler", "output", Kind::kIndex, "accessors", true},
     {"animationSampler", "interpolation", Kind::kString, "LINEAR STEP CUBICSPLINE"},
@@ -179,7 +179,7 @@ constexpr SchemaRow kRows[] = {
     {"KHR_materials_pbrSpecularGlossiness", "glossinessFactor", Kind::kNumber},
     {"KHR_materials_pbrSpecularGlossiness", "specularGlossinessTexture", Kind::kObject,
      "textureInfo"},
-    // KHR_materials_variants has different members in the root than in primitives.
+    // KHR_materials_variants has other members in the root than in primitives.
     {"root/KHR_materials_variants", "variants", Kind::kObjects, "variant", true},
     {"variant", "name", Kind::kString, "", true},
     {"primitive/KHR_materials_variants", "mappings", Kind::kObjects, "variantMapping", true},
@@ -205,7 +205,7 @@ constexpr SchemaRow kRows[] = {
     {"bufferView/EXT_meshopt_compression", "filter", Kind::kString},
     {"buffer/EXT_meshopt_compression", "fallback", Kind::kBool},
 
-    // KHR_lights_punctual has different members in the root than in nodes.
+    // KHR_lights_punctual has other members in the root than in nodes.
     {"root/KHR_lights_punctual", "lights", Kind::kObjects, "light", true},
     {"node/KHR_lights_punctual", "light", Kind::kIndex, "extensions/KHR_lights_punctual/lights",
      true},

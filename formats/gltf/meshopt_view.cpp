@@ -46,7 +46,7 @@ std::uint64_t leastIndexBytes(std::uint64_t count, std::uint64_t) {
 
 struct Mode {
     const char* name;
-    std::uint8_t header;   ///< high half of the first byte; identifies the codec
+    std::uint8_t header;   ///< high half of the first byte, which identifies the codec
     std::uint8_t version;  ///< newest version that the library decodes
     std::uint64_t (*least_bytes)(std::uint64_t count, std::uint64_t stride);
     /// Decodes the stream. Returns 0 if it is valid.
@@ -68,7 +68,7 @@ void decodeColors(std::uint8_t* bytes, std::size_t count) {
     for (std::size_t i = 0; i < count; ++i, bytes += 4 * sizeof(Unsigned)) {
         Unsigned in[4];
         std::memcpy(in, bytes, sizeof in);
-        int full = in[3];  // becomes K set bits
+        int full = in[3];  // the loop turns this into K set bits
         for (const int shift : {1, 2, 4, 8})
             full |= full >> shift;
         const int y = in[0], co = int{static_cast<Signed>(in[1])},

@@ -34,8 +34,8 @@ struct TextureFormat {
     /// parsers; null if nothing is removed.
     ReducedImage (*reduce)(std::span<const std::uint8_t>);
     bool in_gltf = true;  ///< whether the format is part of glTF 2.0 or an extension
-    bool (*recognises)(std::span<const std::uint8_t>) =
-        nullptr;  ///< for formats without a signature
+    /// Recognises a format that has no signature.
+    bool (*recognises)(std::span<const std::uint8_t>) = nullptr;
 };
 constexpr TextureFormat kTextureFormats[] = {
     {"png", "PNG", "\x89PNG\r\n\x1A\n", "", withoutPngMetadata},
@@ -126,7 +126,7 @@ DecodedTexture decodeTexture(std::span<const std::uint8_t> bytes, const std::str
     static std::once_flag limits_set;
     std::call_once(limits_set, [] { limitDecodedSize(4096); });
     const auto bytesFor =
-        [](const StoredImage& stored) {  // the decoder may hold the stored pixels in addition
+        [](const StoredImage& stored) {  // the decoder may also hold the stored pixels
             return static_cast<std::uint64_t>(stored.width) *
                    static_cast<std::uint64_t>(stored.height) * (4 + stored.channels.size());
         };

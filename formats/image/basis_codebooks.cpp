@@ -70,7 +70,7 @@ std::vector<Etc1sEndpoint> readEndpoints(BitReader bits, std::size_t count) {
     const std::array<HuffmanTable, 3> color_deltas = {
         HuffmanTable::read(bits), HuffmanTable::read(bits), HuffmanTable::read(bits)};
     const HuffmanTable intensity_deltas = HuffmanTable::read(bits);
-    const std::size_t stored = bits.take(1) ? 1 : 3;  // R = G = B, or R, G, B
+    const std::size_t stored = bits.take(1) ? 1 : 3;  // a grey value, or R, G and B
     std::array<std::uint32_t, 3> color = {16, 16, 16};
     std::uint32_t intensity = 0;
     std::vector<Etc1sEndpoint> endpoints(count);

@@ -71,7 +71,7 @@ class BitReader {
     std::span<const std::uint8_t> bytes_;
     std::uint64_t offset_;
     std::uint64_t bits_ = 0;
-    unsigned count_ = 0;  ///< number of valid bits
+    unsigned count_ = 0;  ///< number of valid bits in bits_
     std::size_t at_ = 0;  ///< index of the next byte; may be beyond the end
 };
 
@@ -106,7 +106,7 @@ class HuffmanTable {
   private:
     struct Entry {
         std::uint16_t symbol = 0;
-        std::uint16_t length = 0;  ///< 0 if no code has this prefix
+        std::uint16_t length = 0;  ///< length of the code; 0 if no code has this prefix
     };
     [[noreturn]] static void fail(const BitReader& bits);
 
@@ -121,7 +121,7 @@ class HuffmanTable {
 /// A block's base colour, 5 bits per channel widened to 8, and the index of its modifier table.
 struct Etc1sEndpoint {
     std::array<std::uint8_t, 3> color{};
-    std::uint8_t intensity = 0;  ///< 0 to 7
+    std::uint8_t intensity = 0;  ///< index of the modifier table, 0 to 7
 };
 
 /// The packed blocks of one plane of a mipmap level.

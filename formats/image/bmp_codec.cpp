@@ -43,7 +43,7 @@ class BmpDecoder final : public RgbaDecoder {
   public:
     explicit BmpDecoder(std::span<const std::uint8_t> bytes) : bytes_(bytes) {
         const std::uint32_t header = number(14, 4);
-        const bool is_core = header == 12;  // as in OS/2 1
+        const bool is_core = header == 12;  // the header of OS/2 1.x (BITMAPCOREHEADER)
         if (!is_core && (header < 40 || header > 124)) failBmp("an unknown header");
         const auto width = static_cast<std::int32_t>(is_core ? number(18, 2) : number(18, 4));
         const auto height = static_cast<std::int32_t>(is_core ? number(20, 2) : number(22, 4));

@@ -38,7 +38,7 @@ std::array<std::uint8_t, 4> displayColor(const std::array<float, 4>& color);
 /// A pixel of straight-alpha files: linear display values, 0–1, not yet encoded.
 struct StraightPixel {
     std::array<float, 3> color{};
-    float alpha = 0;      ///< 0–1
+    float alpha = 0;      ///< alpha, 0–1
     bool raised = false;  ///< whether alpha exceeds the coverage
 };
 
@@ -76,13 +76,14 @@ class Display {
                                   : shownOver(color, background);
     }
 
-    /// Returns straightPixel() for shown(), without a background.
+    /// Returns the straight-alpha pixel for shown(), without a background.
     StraightPixel straight(const std::array<float, 4>& color) const;
 
   private:
     struct Shown {
         std::array<float, 3> color;  ///< display values, 0–1
-        float area;                  ///< factor for the colour: alpha, or a
+        /// Factor of the colour: alpha or, if the light exceeds alpha, `a` (see shown()).
+        float area;
     };
     Shown show(const std::array<float, 4>& color) const;
 
@@ -153,7 +154,7 @@ class ExposureMeter {
         return (static_cast<double>(step) + 0.5) / kStepsAStop - kStops / 2.0;
     }
 
-    /// Bins per stop; stops from 2^-32 to 2^32.
+    /// The number of bins per stop, and the number of stops, from 2^-32 to 2^32.
     static constexpr int kStepsAStop = 64, kStops = 64;
     std::vector<std::uint64_t> counts_ =
         std::vector<std::uint64_t>(std::size_t{kStepsAStop} * kStops);

@@ -47,7 +47,7 @@ Value valueOf(const RegularFile& file, const ExrHeaders::Attribute& attribute) {
 
 /// Rejects cube maps. Warns about primaries other than Rec. 709 and about parts that are not read.
 void checkExrEnvironment(const std::string& path, ReadWarnings& warnings) {
-    constexpr std::uint8_t kCube = 1;  // ImfEnvmap.h
+    constexpr std::uint8_t kCube = 1;  // ENVMAP_CUBE in ImfEnvmap.h
     constexpr std::array<float, 8> kRec709 = {0.64F, 0.33F, 0.3F,    0.6F,
                                               0.15F, 0.06F, 0.3127F, 0.329F};
     const RegularFile file(path);
@@ -74,7 +74,7 @@ void checkExrEnvironment(const std::string& path, ReadWarnings& warnings) {
 
 /// Warns unless the picture has the shape of an equirectangular one, twice as wide as high.
 void checkShape(const Environment& environment, const std::string& path, ReadWarnings& warnings) {
-    constexpr int kRounding = 2;  // pixels
+    constexpr int kRounding = 2;  // tolerance, in pixels
     if (std::abs(environment.width - 2 * environment.height) <= kRounding) return;
     warnOf(path,
            "it has " + std::to_string(environment.width) + " x " +
@@ -129,7 +129,8 @@ Environment readEnvironment(const std::string& path, ReadWarnings& warnings,
             }
         }
     }
-    constexpr float kRinging = -0.01F;  // sharpening filters may produce values down to this
+    // Values down to this limit cause no warning, since sharpening filters produce them.
+    constexpr float kRinging = -0.01F;
     if (least < kRinging) warnOf(path, "it has negative numbers; they are taken as 0", warnings);
     environment.content_hash = hashOf(environment);
     return environment;

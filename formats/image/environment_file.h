@@ -12,8 +12,9 @@
 namespace peeler {
 
 struct EnvironmentLimits {
-    int max_side = 32768;                              ///< maximum width and height, in pixels
-    std::uint64_t max_bytes = std::uint64_t{2} << 30;  ///< maximum decoded size, 16 bytes per pixel
+    int max_side = 32768;  ///< maximum width and height, in pixels
+    /// Maximum decoded size in bytes, at 16 bytes per pixel.
+    std::uint64_t max_bytes = std::uint64_t{2} << 30;
 };
 
 /// Reads an equirectangular picture (in OpenEXR, the first part) as linear Rec. 709 radiance,

@@ -91,7 +91,8 @@ bool ExrHeaders::fitsType(const Attribute& attribute) {
 }
 
 bool ExrHeaders::isChannelList(const Attribute& attribute) {
-    constexpr std::uint64_t kNumbers = 16;  // bytes per channel: type, linearity, sampling
+    // Bytes per channel after its name: type, linearity, sampling.
+    constexpr std::uint64_t kNumbers = 16;
     const std::uint64_t end = attribute.place + attribute.size;
     while (place_ < end) {
         if (name().empty()) return place_ == end;

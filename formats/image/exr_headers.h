@@ -53,7 +53,7 @@ class ExrHeaders {
     std::string path_;
     bool multi_part_ = false;
     int parts_ = 0, attributes_ = 0;
-    std::uint64_t place_ = 4;  ///< after the magic number
+    std::uint64_t place_ = 4;  ///< offset of the next byte; starts after the magic number
     std::uint64_t block_begin_ = 0;
     std::size_t block_size_ = 0;
     std::array<char, 1 << 16> block_{};

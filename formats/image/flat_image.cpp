@@ -38,7 +38,7 @@ struct Plugin {
     const char* name;  ///< name in OpenImageIO
     /// Removes unneeded metadata about which decoders complain on stderr.
     ReducedImage (*reduce)(std::span<const std::uint8_t>);
-    void (*check)(const std::string& path) = nullptr;  ///< throws Error (kInput)
+    void (*check)(const std::string& path) = nullptr;  ///< checks the file; throws Error (kInput)
 };
 constexpr Plugin kPlugins[] = {
     {FileKind::kPng, "png", withoutPngMetadata},

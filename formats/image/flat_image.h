@@ -11,12 +11,13 @@
 namespace peeler {
 
 struct FlatImageLimits {
-    int max_side = 65536;                              ///< maximum width and height, in pixels
-    std::uint64_t max_bytes = std::uint64_t{4} << 30;  ///< maximum decoded size, 16 bytes per pixel
+    int max_side = 65536;  ///< maximum width and height, in pixels
+    /// Maximum decoded size in bytes, at 16 bytes per pixel.
+    std::uint64_t max_bytes = std::uint64_t{4} << 30;
 };
 
 struct FlatImage {
-    CompositeImage image;  ///< linear Rec. 709, premultiplied; z is +inf
+    CompositeImage image;  ///< linear Rec. 709, premultiplied; z is infinite
     /// The size of the display window in pixels, and whether the file places the image in it (as
     /// EXR does). If not, the image's window has this size and starts at (0, 0).
     int width = 0, height = 0;

@@ -64,7 +64,8 @@ To convertedSample(From sample) {
     if constexpr (std::is_same_v<To, From>) {
         return sample;
     } else if constexpr (std::is_floating_point_v<To>) {
-        return static_cast<To>(sample) * (To(1) / To(kMost));  // a division rounds differently
+        // Not a division, which rounds differently.
+        return static_cast<To>(sample) * (To(1) / To(kMost));
     } else {
         constexpr unsigned kStep = kMost / std::numeric_limits<To>::max();
         return static_cast<To>((sample + kStep / 2) / kStep);

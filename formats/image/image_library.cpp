@@ -16,8 +16,8 @@ namespace {
 
 std::mutex library_mutex;
 const ImageLibrary* loaded_library = nullptr;
-int wanted_threads = 0;               ///< 0 if not set
-std::atomic<int> most_megabytes = 0;  ///< 0 if not set
+int wanted_threads = 0;               ///< 0 if the number is not set
+std::atomic<int> most_megabytes = 0;  ///< 0 if the limit is not set
 
 /// A format with built-in codecs. If `decoder` returns null, the module decodes the file.
 struct BuiltIn {

@@ -23,9 +23,9 @@ struct StoredImage {
     bool straight_alpha = false;
     bool deep = false;
     std::string description{};
-    std::string codec{};         ///< for formats with several codecs
+    std::string codec{};         ///< name of the codec, for formats with several codecs
     std::optional<bool> srgb{};  ///< whether a KTX2 declares sRGB (true) or linear (false)
-    int orientation = 1;         ///< of the rows, as in TIFF; 1: top to bottom, left to right
+    int orientation = 1;  ///< orientation as in TIFF; 1: rows top to bottom, pixels left to right
     /// Features of the file that are not shown, as clauses like "it is animated; …". Damaged pixels
     /// are noted only when they are read.
     std::vector<std::string> notes{};
@@ -55,11 +55,11 @@ class EncodedFile {
 };
 
 struct ImageToEncode {
-    std::string path;  ///< for messages
+    std::string path;  ///< path for messages
     int width = 0, height = 0, channels = 4;
     int bits = 8;               ///< bits per unsigned sample, 8 or 16; alpha is straight
-    std::string software{};     ///< stored in the file unless empty
-    std::string description{};  ///< stored in the file unless empty
+    std::string software{};     ///< name of the program; stored in the file unless empty
+    std::string description{};  ///< text to store in the file unless empty
     bool srgb = false;          ///< whether the file declares sRGB
 };
 
@@ -104,9 +104,9 @@ void setLibraryThreads(int threads);
 /// Limits the size of all pictures decoded after this call, by built-in decoders and the module.
 void limitDecodedSize(int megabytes);
 
-/// Returns a decoder of the picture at `path`, or in `bytes` (which must outlive the decoder) if
-/// not empty. Prefers built-in decoders to the module's. Straight alpha stays straight. Throws
-/// std::runtime_error, or Error like imageLibrary().
+/// Returns a decoder of the picture in `bytes` or, if `bytes` is empty, of the file at `path`.
+/// `bytes` must outlive the decoder. Prefers built-in decoders to the module's. Straight alpha
+/// stays straight. Throws std::runtime_error, or Error like imageLibrary().
 std::unique_ptr<ImageDecoder> imageDecoder(const std::string& format, const std::string& path,
                                            std::span<const std::uint8_t> bytes = {});
 std::unique_ptr<ImageEncoder> imageEncoder(const std::string& format);

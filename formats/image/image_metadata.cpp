@@ -84,7 +84,7 @@ int exifOrientation(std::span<const std::uint8_t> exif) {
 }  // namespace
 
 ReducedImage withoutPngMetadata(std::span<const std::uint8_t> bytes) {
-    // In bytes; a frame is length, type and checksum.
+    // Sizes in bytes. A frame consists of length, type and checksum.
     constexpr std::size_t kSignature = 8, kFrame = 12;
     if (bytes.size() < kSignature) failToDecode("the PNG is truncated");
     ReducedImage result{{bytes.begin(), bytes.begin() + kSignature}};
@@ -108,7 +108,7 @@ ReducedImage withoutPngMetadata(std::span<const std::uint8_t> bytes) {
             result.orientation = exifOrientation(chunk.subspan(8, length));
         } else if (type == "acTL") {
             result.notes.emplace_back("it is animated; its first picture is shown");
-        } else if ((chunk[4] & 0x20U) == 0) {  // §5.4: upper case means critical
+        } else if ((chunk[4] & 0x20U) == 0) {  // §5.4: critical chunks begin with a capital letter
             failToDecode("the PNG has chunks of an unknown kind");
         }
         has_pixels = has_pixels || type == "IDAT";
@@ -157,7 +157,7 @@ ReducedImage withoutWebpMetadata(std::span<const std::uint8_t> bytes) {
     // In bytes: RIFF, size, WEBP; name and size of a chunk.
     constexpr std::size_t kHeader = 12, kFrame = 8;
     constexpr std::string_view kKept[] = {"VP8 ", "VP8L", "VP8X", "ALPH", "ANIM", "ANMF"};
-    constexpr std::uint8_t kMetadataFlags = 0x2C;  // section 2.7.1: flags for profile, Exif, XMP
+    constexpr std::uint8_t kMetadataFlags = 0x2C;  // section 2.7.1: flags for profile, Exif and XMP
     if (bytes.size() < kHeader) failToDecode("the WebP is truncated");
     ReducedImage reduced{{bytes.begin(), bytes.begin() + kHeader}};
     std::vector<std::uint8_t>& result = reduced.bytes;

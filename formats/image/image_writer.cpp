@@ -79,7 +79,7 @@ class AtomicTarget final : public EncodedFile {
     }
 
     std::exception_ptr failure;
-    bool discards = false;  ///< whether writes succeed without writing anything
+    bool discards = false;  ///< whether writes succeed but write nothing
 
   private:
     template <class F>
@@ -127,7 +127,7 @@ struct ImageWriter::Output {
     AtomicFile file;
     AtomicTarget target;
     std::unique_ptr<ImageEncoder> encoder;
-    ImageToEncode image{};  ///< height 0 until encoding has begun
+    ImageToEncode image{};  ///< height is 0 until encoding begins
     int next_row = 0;       ///< next row to be written, from the top of the crop
     std::vector<std::byte> pixels;
 };
@@ -321,7 +321,7 @@ void ImageWriter::write(LayeredImage&& band) {
             kept_.z.insert(kept_.z.end(), composite_.z.begin(), composite_.z.end());
         return;
     }
-    const StageTimer timer(times_, "encode");  // includes writing
+    const StageTimer timer(times_, "encode");  // also includes the time for writing
     encode(composite_);
 }
 

@@ -39,7 +39,7 @@ SizeForecast imageForecast(const std::string& path, std::uint64_t pixels);
 
 /// The meaning of alpha in a file.
 enum class PictureAlpha : std::uint8_t {
-    kOpacity,  ///< opacity over the background
+    kOpacity,  ///< alpha is the opacity over the background
     /// Whether a pixel has any fragment: 255 if so, otherwise 0 and black. The picture is then over
     /// black instead of the background. A pixel with a fragment is never fully black, since (0, 0,
     /// 0) becomes (1, 1, 1). So alpha and colour give the same mask.
@@ -127,9 +127,9 @@ class SrgbBytes {
         return (std::bit_cast<std::uint32_t>(linear) >> kShift) - kFirst;
     }
 
-    /// Least float for each byte, then +inf.
+    /// The least float that encodes to each byte, then +inf.
     std::array<float, 257> begins_;
-    std::array<std::uint8_t, kEnd - kFirst> first_{};  ///< byte at the lower end of each bucket
+    std::array<std::uint8_t, kEnd - kFirst> first_{};  ///< byte for the least float of each bucket
 };
 
 }  // namespace peeler

@@ -21,9 +21,9 @@ enum class Ktx2Texels : std::uint8_t { kEtc1s, kUastc, kRgb8, kRgba8 };
 enum class Ktx2Packing : std::uint8_t { kNone, kBasisLz, kZstandard, kZlib };
 
 struct Ktx2Level {
-    std::span<const std::uint8_t> bytes;  ///< packed
-    std::uint64_t offset = 0;             ///< position in the file
-    int width = 0, height = 0;            ///< pixels
+    std::span<const std::uint8_t> bytes;  ///< packed bytes of the level
+    std::uint64_t offset = 0;             ///< position of `bytes` in the file
+    int width = 0, height = 0;            ///< size in pixels
     /// 8 per block for BasisLZ, although a level of BasisLZ is never unpacked as a whole.
     std::uint64_t unpacked_bytes = 0;
 };
@@ -34,7 +34,7 @@ struct Ktx2Container {
     Ktx2Packing packing = Ktx2Packing::kNone;
     /// From the largest level, which has the picture's size, to the smallest.
     std::vector<Ktx2Level> levels;
-    std::span<const std::uint8_t> global_data;  ///< BasisLZ only
+    std::span<const std::uint8_t> global_data;  ///< used by BasisLZ only
     std::uint64_t global_offset = 0;            ///< position of global_data in the file
     /// Whether ETC1S levels have two slices instead of one.
     bool second_plane = false;
@@ -43,7 +43,7 @@ struct Ktx2Container {
     std::array<char, 4> swizzle = {'r', 'g', 'b', 'a'};
     /// sRGB (true) or linear (false); nothing if the file declares another space or none.
     std::optional<bool> srgb;
-    std::string codec;               ///< "KTX2, UASTC, Zstandard"
+    std::string codec;               ///< such as "KTX2, UASTC, Zstandard"
     std::vector<std::string> notes;  ///< violations of KHR_texture_basisu that are accepted
 };
 

@@ -15,7 +15,8 @@ namespace {
 
 constexpr std::string_view kIdentifier = "\xABKTX 20\xBB\r\n\x1A\n";
 constexpr std::size_t kKtx2HeaderBytes = 80, kLevelBytes = 24;
-constexpr std::uint32_t kMostKtx2Side = std::uint32_t{1} << 24U;  // so that sizes fit into 64 bits
+// The maximum width and height. It keeps all sizes within 64 bits.
+constexpr std::uint32_t kMostKtx2Side = std::uint32_t{1} << 24U;
 
 /// The byte offsets of header fields ("File Structure").
 struct Ktx2Field {
@@ -119,7 +120,7 @@ class Ktx2Reader {
                         [](char a, std::uint8_t b) { return static_cast<std::uint8_t>(a) == b; }))
             failKtx2("the KTX 2.0 header is missing", 0);
         width_ = checkedSide(Ktx2Field::kWidth);
-        // The conditions of the section "Texture Type".
+        // Conditions of the specification's section "Texture Type".
         struct Shape {
             std::size_t at;
             std::uint64_t must_be;
@@ -211,7 +212,8 @@ class Ktx2Reader {
 
     void readSamples(std::size_t at, std::size_t count) {
         constexpr std::size_t kSample = 16;
-        constexpr std::uint8_t kChannel = 0xF, kNumbers = 0xE0;  // flags: float, signed, exponent
+        // Masks of the channel number, and of the flags for float, signed and exponent.
+        constexpr std::uint8_t kChannel = 0xF, kNumbers = 0xE0;
         std::string channels;
         for (std::size_t i = 0; i < count; ++i) {
             const std::size_t sample = at + i * kSample;

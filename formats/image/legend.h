@@ -13,15 +13,16 @@ namespace peeler {
 
 /// The size of a legend: a white strip below a picture.
 struct LegendSize {
-    int scale = 1;              ///< pixels per text dot
-    int width = 0, height = 0;  ///< in pixels; may be wider than the picture
+    int scale = 1;              ///< number of pixels per text dot
+    int width = 0, height = 0;  ///< size in pixels; may be wider than the picture
 };
 
 /// The contents of a legend for false colours.
 struct ColorBar {
-    std::string title;                                    ///< quantity with its unit
-    double low = 0, high = 1;                             ///< values at both ends
-    std::array<float, 3> (*ramp)(float share) = nullptr;  ///< maps 0–1 to a linear colour
+    std::string title;         ///< name of the quantity with its unit
+    double low = 0, high = 1;  ///< values at both ends
+    /// Maps a share from 0 to 1 to a linear colour.
+    std::array<float, 3> (*ramp)(float share) = nullptr;
 };
 
 /// Returns the size of a legend with this title for a picture that is `width` pixels wide.
@@ -32,7 +33,7 @@ CompositeImage drawColorBar(const ColorBar& bar, const LegendSize& size);
 
 /// A line of a legend: a coloured square and its meaning.
 struct LegendLine {
-    std::array<float, 3> color{1, 1, 1};  ///< linear; white means no square
+    std::array<float, 3> color{1, 1, 1};  ///< linear colour of the square; white means no square
     std::string text;
 };
 /// Returns the size of a legend with these lines, one below the other, for a picture that is

@@ -59,7 +59,7 @@ Context newContext(int flags) {
 struct Expansion {
     std::uint8_t color_type;
     bool sixteen_bits, transparency;
-    int format;  ///< libspng's number
+    int format;  ///< libspng's number of the format
     std::string_view channels;
 };
 constexpr Expansion kExpansions[] = {

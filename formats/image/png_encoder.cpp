@@ -25,7 +25,7 @@ namespace {
 // The division into pieces depends only on the picture, so that any number of threads gives the
 // same bytes.
 constexpr std::size_t kPieceBytes = 128 << 10, kPiecesAtOnce = 32;
-constexpr std::size_t kDictionaryBytes = 32 << 10;  // deflate's window
+constexpr std::size_t kDictionaryBytes = 32 << 10;  // size of deflate's window
 
 using PngBytes = std::vector<std::uint8_t>;
 
@@ -75,9 +75,9 @@ void filterByPaeth(const std::uint8_t* row, const std::uint8_t* above, std::size
 
 /// A piece of the stream, compressed separately.
 struct Piece {
-    std::size_t begin = 0, end = 0;  ///< range of the uncompressed bytes
+    std::size_t begin = 0, end = 0;  ///< range of the piece's uncompressed bytes
     PngBytes compressed{};
-    uLong checksum = 0;  ///< Adler-32
+    uLong checksum = 0;  ///< Adler-32 of the uncompressed bytes
 };
 
 /// Compresses a piece of `bytes`, with the bytes before it as the dictionary.
@@ -108,7 +108,8 @@ class PngEncoder final : public ImageEncoder {
     bool keepsAlpha() const override { return true; }
 
     void open(const ImageToEncode& image, EncodedFile& file) override {
-        constexpr std::uint8_t kColorTypes[] = {0, 4, 2, 6};  // indexed by the number of channels
+        // Colour type for each number of channels, from 1.
+        constexpr std::uint8_t kColorTypes[] = {0, 4, 2, 6};
         file_ = &file;
         wide_ = image.bits == 16;
         height_ = static_cast<std::size_t>(image.height);
@@ -209,7 +210,7 @@ class PngEncoder final : public ImageEncoder {
     void writePiece(const Piece& piece, bool last) {
         PngBytes data;
         if (checksum_ == 0) {
-            data = {0x78, 0x9C};  // RFC 1950 §2.2: window of 32 KB, default level
+            data = {0x78, 0x9C};  // header of RFC 1950 §2.2: window of 32 KB, default level
             checksum_ = adler32(0, nullptr, 0);
         }
         data.insert(data.end(), piece.compressed.begin(), piece.compressed.end());

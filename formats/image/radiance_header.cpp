@@ -68,7 +68,7 @@ void readSetting(std::string_view line, RadianceHeader& header) {
 }
 
 void readResolution(std::string_view line, RadianceHeader& header) {
-    std::array<std::string_view, 4> words;  // "-Y", "4", "+X", "8"
+    std::array<std::string_view, 4> words;  // such as "-Y", "4", "+X", "8"
     for (std::string_view& word : words)
         word = takeWord(line);
     for (const Resolution& row : kResolutions)

@@ -9,7 +9,7 @@
 namespace peeler {
 
 SrgbBytes::SrgbBytes() {
-    std::uint32_t begin = 0;  // least float of the previous byte
+    std::uint32_t begin = 0;  // bits of the least float that encodes to the previous byte
     for (std::size_t byte = 0; byte < 256; ++byte) {
         std::uint32_t end = std::bit_cast<std::uint32_t>(1.0F);
         while (begin < end) {

@@ -16,7 +16,7 @@ constexpr std::size_t kTgaHeader = 18;
 enum TgaType : std::uint8_t { kTgaPalette = 1, kTgaColor = 2, kTgaGrey = 3, kTgaRuns = 8 };
 
 struct TgaHeader {
-    std::uint8_t type = 0;  ///< TgaType without kTgaRuns
+    std::uint8_t type = 0;  ///< value of TgaType, without kTgaRuns
     bool has_runs = false, has_palette = false;
     std::uint32_t palette_first = 0, palette_count = 0, palette_bits = 0;
     std::uint32_t width = 0, height = 0, bits = 0;

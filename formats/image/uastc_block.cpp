@@ -13,16 +13,17 @@ namespace {
 /// bits for each mode").
 struct UastcMode {
     std::uint8_t code, code_bits;
-    std::uint8_t hint_bits;     ///< bits that only transcoders to other formats use
-    std::uint8_t pattern_bits;  ///< PAT
+    std::uint8_t hint_bits;     ///< number of bits that only transcoders to other formats use
+    std::uint8_t pattern_bits;  ///< number of bits of the field PAT
     std::uint8_t subsets;       ///< number of subsets, each with its own endpoints
     std::uint8_t channels;      ///< 2 for LA, 3 for RGB, 4 for RGBA
     /// The digits above the endpoint bits: 3 for trits, 5 for quints, 1 for none.
     std::uint8_t digits;
     std::uint8_t endpoint_bits;
     std::uint8_t weight_bits;
-    std::uint8_t planes;  ///< if 2, one channel has its own weights
-    bool selects;         ///< whether CSEL chooses that channel; otherwise it is alpha
+    std::uint8_t planes;  ///< number of weight planes; with 2, one channel has its own weights
+    /// Whether CSEL selects the channel with its own weights; otherwise it is alpha.
+    bool selects;
 };
 constexpr UastcMode kUastcModes[] = {
     {0x01, 4, 15, 0, 1, 3, 3, 6, 4, 1, false},  //
@@ -33,7 +34,7 @@ constexpr UastcMode kUastcModes[] = {
     {0x0B, 5, 15, 0, 1, 3, 1, 8, 3, 1, false},  //
     {0x1B, 5, 15, 0, 1, 3, 5, 5, 2, 2, true},   //
     {0x07, 5, 15, 5, 2, 3, 5, 3, 2, 1, false},  //
-    {0x17, 5, 0, 0, 0, 4, 1, 8, 0, 0, false},   // one colour
+    {0x17, 5, 0, 0, 0, 4, 1, 8, 0, 0, false},   // block of a single colour
     {0x0F, 5, 23, 5, 2, 4, 1, 4, 2, 1, false},  //
     {0x02, 3, 17, 0, 1, 4, 3, 4, 4, 1, false},  //
     {0x00, 2, 17, 0, 1, 4, 3, 4, 2, 2, true},   //

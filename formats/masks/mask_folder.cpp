@@ -60,7 +60,7 @@ void removeFile(const fs::path& file) {
 
 /// The members of a view's record that describe the view's files.
 struct MaskFolder::Record {
-    std::string hash{};  ///< "" if the view is incomplete
+    std::string hash{};  ///< hash of the view; "" if the view is incomplete
     std::size_t masks = 0, layers = 0;
     std::uint64_t bytes = 0;  ///< total size of the files
 };

@@ -15,12 +15,12 @@
 
 namespace peeler {
 
-/// The formats of a folder, in any combination.
+/// The formats to write. Any combination is allowed.
 struct MaskFormats {
     bool bop = false, coco = false, ids = false;
 };
 
-/// An object; in a list, ids count from 1.
+/// An object of a list. Its id is its index plus 1.
 struct MaskedObject {
     std::string name;
     /// Indices in the scene's file; only the indices that identify the object are set.
@@ -32,7 +32,7 @@ struct MaskFolderOptions {
     std::filesystem::path folder;
     MaskFormats formats{};
     std::string by;        ///< the kind of objects ("node", …), as recorded in objects.json
-    std::string software;  ///< stored in every PNG unless empty
+    std::string software;  ///< name of the program; stored in every PNG unless empty
 };
 
 /// The masks of one view.
@@ -42,8 +42,9 @@ struct MaskedView {
     std::string hash;  ///< hash of everything that determines the view's files
     // `masks` and `to_world` have one entry per object; ids count from 1.
     std::span<const ObjectMasks> masks;
-    std::span<const glm::dmat4> to_world;  ///< object to world, in metres
-    const ObjectLayers& layers;            ///< for pictures of ids
+    /// Transforms from object space to world space, in metres.
+    std::span<const glm::dmat4> to_world;
+    const ObjectLayers& layers;  ///< object numbers of all fragments, for pictures of ids
 };
 
 /// A writer of a mask folder (formats/README.md, "Masks"). Each file is written atomically. A

@@ -31,9 +31,9 @@ class SharedJson {
 
   private:
     std::string name_;
-    bool first_ = true;              ///< whether nothing has been added yet
+    bool first_ = true;              ///< whether no view has been added yet
     std::uint64_t annotations_ = 0;  ///< number of COCO annotations so far
-    std::string held_;               ///< text that must follow the annotations: COCO's image list
+    std::string held_;               ///< COCO's image list, which must follow the annotations
 };
 
 }  // namespace peeler

@@ -37,7 +37,7 @@ class ArraySceneReader {
         const std::string name = arrays_.text("name").value_or(file_.stem());
         arrays_.array("arrays_version");
         for (const std::string& unused : arrays_.unused())
-            if (unused != "format")  // PyTorch and others store the source library there
+            if (unused != "format")  // PyTorch and other libraries store their name there
                 file_.warn("\"" + unused + "\" is ignored.", arrays_.placeOf(unused));
         Mesh mesh;
         // A primitive without indices would draw all vertices in order.

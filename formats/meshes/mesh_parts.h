@@ -52,8 +52,9 @@ class MeshFile {
 
     std::span<const std::uint8_t> bytes() const { return bytes_; }
     std::string_view text() const;
-    const std::string& name() const { return name_; }  ///< the path
-    /// Name for objects without one: the file's name without extension.
+    /// Returns the file's path.
+    const std::string& name() const { return name_; }
+    /// Returns the name for objects without a name: the file's name without extension.
     std::string stem() const;
     const SceneReadOptions& options() const { return options_; }
     Scene& scene() { return scene_; }
@@ -75,7 +76,7 @@ class MeshFile {
                                          const std::string& where);
     /// Returns the folder of a referenced file, relative to the scene's folder.
     std::string folderOf(const std::string& file) const;
-    /// Warns that a texture or material file is not available.
+    /// Warns that a texture file or material file is not available.
     void missing(const std::string& what, const Error& problem, const std::string& where);
 
     /// Adds a node, and the mesh unless it is empty. Returns the node's index.
@@ -126,7 +127,7 @@ class CornerIndex {
   public:
     using Key = std::array<std::uint32_t, 3>;
 
-    /// Calls `allow` with the number of bytes before each allocation.
+    /// `allow` is called with the number of bytes before each allocation.
     explicit CornerIndex(std::function<void(std::uint64_t bytes)> allow);
 
     /// Reserves memory for this many keys at once, which is faster than growing.
@@ -191,7 +192,7 @@ class PolygonCutter {
     double turn(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
     void spend(std::uint64_t steps);
 
-    std::vector<glm::dvec2> points_;  ///< counter-clockwise
+    std::vector<glm::dvec2> points_;  ///< corners in counter-clockwise order
     std::vector<std::uint32_t> next_, previous_;
     std::vector<char> reflex_;
     std::uint32_t left_ = 0;  ///< number of corners not yet cut off
@@ -215,13 +216,13 @@ void addSmoothNormals(Primitive& primitive, double degrees,
 /// A reference to a texture: its file, and its mapping (U, V from the lower left).
 struct MeshMap {
     std::string file{};   ///< "" if there is no texture
-    std::string where{};  ///< the line with the reference
+    std::string where{};  ///< place of the reference, for messages
     /// Folder to which `file` is relative; itself relative to the scene's folder.
     std::string from{};
     glm::vec2 scale{1}, offset{0};
     bool clamp = false;
     float strength = 1;
-    std::vector<std::string> lost{};  ///< options that are not supported
+    std::vector<std::string> lost{};  ///< names of options that are not supported
 
     explicit operator bool() const { return !file.empty(); }
 };
@@ -246,7 +247,7 @@ class MeshTextures {
     int image(const MeshMap& map);
 
     MeshFile& file_;
-    /// Index in the scene for each file; −1 if the file is not available.
+    /// Index in Scene::images for each file; −1 if the file is not available.
     std::map<std::string, int> images_;
 };
 

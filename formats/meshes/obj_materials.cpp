@@ -17,10 +17,10 @@ struct ObjMaterials::Mtl {
     std::string name;
     glm::vec3 diffuse{1}, emissive{0}, filter{1};
     std::optional<float> dissolve{}, transparency{};
-    float shininess = 0;               ///< Phong exponent
-    std::optional<float> roughness{};  ///< overrides `shininess`
+    float shininess = 0;               ///< exponent of the Phong model
+    std::optional<float> roughness{};  ///< if set, overrides `shininess`
     float metallic = 0, sheen = 0, clearcoat = 0, clearcoat_roughness = 0;
-    float anisotropy = 0, anisotropy_turn = 0;  ///< the rotation is in full turns
+    float anisotropy = 0, anisotropy_turn = 0;  ///< strength, and rotation in full turns
     MeshMap diffuse_map, opacity_map, emissive_map, roughness_map, metallic_map, normal_map;
     bool used = false, without_texcoords = false;
     /// Settings that are not supported, with their lines. They cause a warning if the material is
@@ -170,7 +170,7 @@ void ObjMaterials::load(std::string_view names, const std::string& where) {
             const std::vector<std::uint8_t> bytes = file_.readBeside(name, {}, where);
             read(name, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
         } catch (const Error& problem) {
-            if (problem.where() != where) throw;  // the file exists but is faulty
+            if (problem.where() != where) throw;  // rethrow: the file exists but is faulty
             file_.missing("The materials \"" + name + "\" are left out", problem, where);
         }
     }
@@ -322,7 +322,7 @@ Material ObjMaterials::material(const Mtl& mtl) {
     material.clearcoat.roughness = mtl.clearcoat_roughness;
     material.anisotropy.strength = mtl.anisotropy;
     material.anisotropy.rotation = 2 * std::numbers::pi_v<float> * mtl.anisotropy_turn;
-    if (!mtl.used) return material;  // do not load its textures, which may be missing
+    if (!mtl.used) return material;  // the textures of an unused material may be missing
     for (const auto& [sentence, where] : mtl.lost)
         file_.warn(sentence, where);
     if (mtl.filter != glm::vec3(mtl.filter.x)) tinted_.add(mtl);

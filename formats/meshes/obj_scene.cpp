@@ -218,7 +218,7 @@ class ObjReader {
         return *found;
     }
 
-    // The second pass reads elements.
+    // Second pass: reading of elements.
 
     void readElements() {
         std::string_view line;
@@ -485,8 +485,10 @@ class ObjReader {
     ObjMaterials materials_;
     std::vector<glm::vec3> positions_, normals_;
     std::vector<glm::vec2> uvs_;
-    std::vector<glm::vec4> colors_;  ///< one per vertex, from the first; kNoColor if missing
-    std::vector<glm::vec4> paint_;   ///< colours of the current ZBrush block, for the last vertices
+    /// Colours of the first vertices; kNoColor if a vertex has none.
+    std::vector<glm::vec4> colors_;
+    /// Colours of the current ZBrush block, which belong to the last vertices.
+    std::vector<glm::vec4> paint_;
     std::size_t positions_seen_ = 0, uvs_seen_ = 0, normals_seen_ = 0;
     std::vector<Place> places_ = std::vector<Place>(1);
     std::map<std::pair<std::string, std::optional<std::string>>, std::size_t> place_numbers_{

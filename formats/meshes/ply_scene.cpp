@@ -248,7 +248,7 @@ class PlyReader {
         finishVertices(meant, odd);
     }
 
-    /// Warns about properties that are not drawn as intended.
+    /// Warns about properties that cannot be used as intended.
     void checkMeanings(const PlyElement& element, const Meant& meant) {
         for (std::size_t i = 0; i < std::size(kMeanings); ++i)
             if (!isWhole(meant, static_cast<Meaning>(i)))
@@ -278,7 +278,7 @@ class PlyReader {
         }
         if (!mesh_.colors.empty()) makeColorsLinear(mesh_.colors, colorTypesOf(meant));
         for (glm::vec2& uv : mesh_.texcoords[0])
-            uv.y = 1 - uv.y;  // V grows upward in PLY, downward in glTF
+            uv.y = 1 - uv.y;  // V increases upwards in PLY, and downwards in glTF
         vertices_read_ = true;
     }
 
@@ -508,7 +508,7 @@ class PlyReader {
     struct Run {
         int texture = 0;
         Primitive mesh{};
-        std::vector<std::uint32_t> colors{};  ///< for each vertex, an index into face_colors_
+        std::vector<std::uint32_t> colors{};  ///< index in face_colors_ of each vertex's colour
     };
 
     /// Starts a new run if the texture of the face differs from that of the previous face.
@@ -628,10 +628,11 @@ class PlyReader {
     std::optional<CornerIndex> split_;
     CornerIndex uv_numbers_;
     bool has_corner_uvs_ = false;
-    std::vector<glm::vec4> face_colors_;  ///< consecutive faces with the same colour share an entry
+    /// Colours of faces. Consecutive faces with the same colour share an entry.
+    std::vector<glm::vec4> face_colors_;
     ColorTypes face_color_types_;
     std::vector<MeshMap> texture_maps_;
-    std::map<int, int> materials_;  ///< material for each image
+    std::map<int, int> materials_;  ///< material of each image
     std::vector<Run> runs_;
     // Data of the current face.
     int texture_ = 0;

@@ -25,7 +25,7 @@ constexpr std::string_view kGltfExtensions[] = {".gltf", ".glb"}, kPlyExtensions
 constexpr SceneFormat kSceneFormats[] = {
     {"glTF", kGltfExtensions,
      [](std::string_view begin, std::uint64_t size) {
-         // A .safetensors may also begin with a brace, as the first byte of a length.
+         // A .safetensors may also begin with a brace: the first byte of its header's length.
          return begin.starts_with("glTF") ||
                 (trimmed(withoutByteOrderMark(begin)).starts_with('{') &&
                  !isSafetensors(begin, size));

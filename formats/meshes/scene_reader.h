@@ -16,8 +16,8 @@ namespace peeler {
 
 /// A scene format: a row of the format table.
 struct SceneFormat {
-    const char* name;                              ///< "STL"
-    std::span<const std::string_view> extensions;  ///< with their dots
+    const char* name;                              ///< name of the format, such as "STL"
+    std::span<const std::string_view> extensions;  ///< file name extensions with their dots
     /// Whether a file that has this size and begins with these bytes has this format.
     bool (*recognises)(std::string_view begin, std::uint64_t size);
     Scene (*read)(const std::filesystem::path& path, const SceneReadOptions& options);
@@ -38,10 +38,10 @@ bool isSceneName(const std::filesystem::path& path);
 /// (kInput) if the file cannot be read.
 const SceneFormat* sceneFormatOf(const std::filesystem::path& path);
 
-/// The assumptions about properties that a file's format leaves undefined.
+/// The assumed values of properties that a file's format leaves undefined.
 struct Assumed {
     const char* format = "";
-    Axis up = Axis::kY;  ///< axis in the file that becomes +Y of the scene
+    Axis up = Axis::kY;  ///< the file's axis that becomes +Y of the scene
     double metres_per_unit = 1;
 };
 /// Returns the assumptions for a file; nothing if its format defines all these properties, as glTF

@@ -14,7 +14,7 @@ namespace peeler {
 namespace {
 
 constexpr std::uint64_t kHeader = 84, kFacet = 50;
-constexpr std::size_t kFirstCorner = 12, kAttribute = 48;  // offsets in a facet
+constexpr std::size_t kFirstCorner = 12, kAttribute = 48;  // byte offsets in a facet
 
 std::uint32_t facetsOf(std::string_view begin) {
     std::uint32_t facets = 0;
@@ -126,14 +126,14 @@ class StlReader {
         std::string name;
         std::string_view rest = withoutByteOrderMark(text_);
         bool in_solid = false, named = false, in_normal = false;
-        int corners = -1;  // number of corners in the open facet; −1 outside
+        int corners = -1;  // number of corners in the open facet; −1 if no facet is open
         while (true) {
             const std::string_view before = rest;
             const std::string_view word = takeWord(rest);
             const std::size_t place = text_.size() - rest.size();
             if (word.empty()) break;
             if (in_normal && !is(word, "outer") && !is(word, "vertex") && !is(word, "endfacet"))
-                continue;  // skip the numbers, since programs format normals in different ways
+                continue;  // skip the normal, since programs format normals in different ways
             in_normal = false;
             if (is(word, "vertex") && corners >= 0) {
                 if (++corners > 3) fail("a facet has more than three corners", place);

@@ -26,7 +26,7 @@ constexpr bool kLimitsMemory = false;
 constexpr bool kLimitsMemory = true;
 #endif
 
-std::uint64_t address_space_at_start = 0;  ///< in bytes; 0 if unknown
+std::uint64_t address_space_at_start = 0;  ///< size in bytes; 0 if unknown
 
 std::uint64_t addressSpace() {
     unsigned long long pages = 0;
@@ -108,7 +108,7 @@ void helperMain(int count, char** arguments, HelperWork work) {
     limit(RLIMIT_NOFILE, 0);
     limit(RLIMIT_NPROC, 0);
     prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
-    limitSystemCalls();  // where this is not supported, only the limits above apply
+    limitSystemCalls();  // on systems without support, only the limits above apply
     try {
         SharedFile request(STDIN_FILENO), result(STDOUT_FILENO, sizeof(HelperState));
         HelperState state = HelperState::kDone;

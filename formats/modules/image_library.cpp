@@ -107,7 +107,8 @@ class Decoder final : public ImageDecoder {
     /// indices of three bytes, and CMYK in tiles or with samples that are not whole bytes, when
     /// converted to RGB (CVE-2026-67549).
     static void refuseFragileTiff(const OIIO::ImageSpec& spec) {
-        constexpr int kPalette = 3, kSeparated = 5;  // TIFF 6.0, sections 5 and 16
+        // Values defined in TIFF 6.0, sections 5 and 16.
+        constexpr int kPalette = 3, kSeparated = 5;
         const int bits = spec.get_int_attribute("oiio:BitsPerSample", 8);
         const int colors = spec.get_int_attribute("tiff:PhotometricInterpretation");
         const std::string of_bits = " of " + std::to_string(bits) + " bits is not read";

@@ -32,7 +32,7 @@ namespace {
 struct Allowed {
     std::uint32_t call;
     unsigned argument = 0;
-    std::uint32_t mask = 0;  ///< 0 allows any arguments
+    std::uint32_t mask = 0;  ///< 0 allows any value of the argument
     std::uint32_t value = 0;
 };
 
@@ -65,8 +65,8 @@ std::vector<Allowed> allowedCalls() {
         {SYS_rt_sigreturn},
         {SYS_rt_sigprocmask},
         {SYS_rt_sigaction},
-        {SYS_tgkill, 0, kAll, self},  // abort()
-        {SYS_prlimit64, 0, kAll, 0},  // limitMemory()
+        {SYS_tgkill, 0, kAll, self},  // for abort()
+        {SYS_prlimit64, 0, kAll, 0},  // for limitMemory()
         {SYS_fcntl, 1, kAll, F_GETFD},
         {SYS_dup},  // allowed, but RLIMIT_NOFILE makes it fail
     };

@@ -47,7 +47,7 @@ struct LayerOrder {
         std::uint32_t fragment, pixel;
     };
     std::vector<Place> places;
-    std::vector<std::uint64_t> ends;  ///< end of each layer in `places`
+    std::vector<std::uint64_t> ends;  ///< index in `places` at which each layer ends
 };
 
 LayerOrder orderByLayer(const LayeredImage& image, const PixelRays& rays) {
@@ -108,8 +108,8 @@ constexpr std::array<IdKind, 2> kIdKinds = {{{"id.object", "objects", &IdNames::
 /// A fragment's values, as the page stores them.
 struct PackedFragment {
     std::uint32_t pixel = 0;                        ///< index of the pixel in the window, row-major
-    std::array<std::uint16_t, kCorners> corners{};  ///< depth codes
-    std::uint16_t depth = 0;                        ///< code of the fragment's own depth
+    std::array<std::uint16_t, kCorners> corners{};  ///< depth codes of the corners
+    std::uint16_t depth = 0;                        ///< depth code of the fragment itself
     EncodedColor color{};
     std::array<std::uint32_t, kIdKinds.size()> ids{};
 };
@@ -143,7 +143,7 @@ class Packer {
         rise_ = rise;
         for (std::size_t c = 0; c < colors_; ++c)
             put(std::uint32_t{fragment.color[c]} - last_.color[c], 1);
-        std::uint32_t sum = 2;  // one half, for rounding
+        std::uint32_t sum = 2;  // half of kCorners, for rounding
         for (const std::uint16_t corner : corners)
             sum += corner;
         put(fragment.depth - static_cast<std::uint32_t>(sum / kCorners), 2);

@@ -93,7 +93,7 @@ class HitArrays final : public RayOutput {
     HitReader reader_;
     std::vector<Bundle> bundles_;
     std::optional<ArrayWriter> writer_;
-    std::uint64_t hits_ = 0, rays_ = 0;  ///< numbers written so far
+    std::uint64_t hits_ = 0, rays_ = 0;  ///< numbers of hits and rays written so far
 };
 
 }  // namespace

@@ -24,8 +24,8 @@ namespace peeler {
 /// The part of the scene that a hit lies on.
 struct HitPlace {
     std::uint32_t instance = 0;  ///< index into PosedScene::meshes()
-    std::uint32_t in_mesh = 0;   ///< index of the triangle in its mesh, across primitives
-    std::uint32_t material = 0;  ///< index in the scene's file; 0xFFFFFFFF if none
+    std::uint32_t in_mesh = 0;   ///< index among the mesh's triangles, across primitives
+    std::uint32_t material = 0;  ///< index in the scene's file; 0xFFFFFFFF if there is none
 };
 
 /// The properties that all hits of an instance share.
@@ -39,8 +39,8 @@ struct HitInstance {
 struct HitBatch {
     std::size_t first = 0;  ///< index of the batch's first hit in the band
     std::size_t size = 0;
-    std::span<const float> t{};               ///< distance from the ray's origin, in scene units
-    std::span<const glm::dvec3> positions{};  ///< in world space; only if requested
+    std::span<const float> t{};  ///< distance of each hit from the ray's origin, in scene units
+    std::span<const glm::dvec3> positions{};  ///< world-space positions, if requested
     std::span<const HitPlace> places{};
     std::span<const HitInstance> instances{};  ///< indexed by HitPlace::instance
     std::span<const float> facing{};           ///< 1 if the ray meets the front, −1 if the back
@@ -53,8 +53,8 @@ struct HitBatch {
 struct HitColumn {
     std::string_view name;  ///< name of the array
     NumberType type;
-    std::vector<std::string_view> properties;  ///< names in a point cloud, one per component
-    std::vector<Channel> channels;             ///< channels needed besides t and key
+    std::vector<std::string_view> properties;  ///< names of the components in a point cloud
+    std::vector<Channel> channels;             ///< channels that the column needs besides t and key
     /// Stores the column's numbers for all hits of the batch, each hit `stride` bytes after the
     /// previous one.
     void (*put)(const HitBatch& hits, std::byte* out, std::size_t stride);

@@ -51,7 +51,7 @@ class HitImage final : public RayOutput {
                           std::span<const std::uint64_t> hits) const override {
         const std::uint64_t hit = sizeof(float) + channelBytes(channels(), PixelType::kFloat);
         std::uint64_t bytes = hit * std::accumulate(hits.begin(), hits.end(), std::uint64_t{0}) +
-                              // The counts of hits per pixel.
+                              // The number of hits of each pixel.
                               sizeof(std::uint32_t) * raysOf(bundles);
         const std::uint64_t header = exrHeaderBytes(provenance_.ids);
         for (const Bundle& bundle : bundles) {
@@ -79,7 +79,7 @@ class HitImage final : public RayOutput {
     }
 
   private:
-    /// A bundle, whose rays are the pixels of the view.
+    /// A bundle. Its rays are the pixels of the view.
     struct Part {
         std::string name;
         View view;

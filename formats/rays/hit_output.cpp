@@ -12,7 +12,7 @@ namespace {
 
 /// A format for hits, and the function that makes its output.
 struct HitFormat {
-    std::string_view extension;  ///< lower case
+    std::string_view extension;  ///< extension in lower case
     std::unique_ptr<RayOutput> (*make)(const std::string& path, const HitOptions& options);
 };
 

@@ -81,7 +81,7 @@ class RayMapFile : public RayMapOutput {
         SinkMemory memory = RayMapOutput::memory(bundle);
         const std::size_t channels = maps().channels().size();
         memory.bytes += ExrPlaneWriter::memory(bundle.view.crop.width(), channels);
-        memory.pixel_bytes += channels * sizeof(std::uint32_t);  // for numbers_
+        memory.pixel_bytes += channels * sizeof(std::uint32_t);  // memory of numbers_
         return memory;
     }
 
@@ -122,7 +122,7 @@ class RayMapArrays : public RayMapOutput {
     void finish() override { writer_->finish(); }
     SinkMemory memory(const Bundle& bundle) const override {
         SinkMemory memory = RayMapOutput::memory(bundle);
-        // for numbers_
+        // Memory of numbers_.
         memory.pixel_bytes += maps().channels().size() * sizeof(std::uint32_t);
         return memory;
     }
@@ -155,7 +155,7 @@ class RayMapArrays : public RayMapOutput {
     std::string path_;
     ArrayTexts texts_;
     std::optional<ArrayWriter> writer_;
-    std::size_t first_ = 0;               ///< first array of the current bundle
+    std::size_t first_ = 0;               ///< index of the current bundle's first array
     std::vector<std::uint32_t> numbers_;  ///< values of the rows being written, as 32-bit words
 };
 

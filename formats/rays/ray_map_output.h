@@ -42,7 +42,8 @@ class RayMapOutput : public RayOutput {
   private:
     RayMaps maps_;
     std::vector<Bundle> bundles_;
-    std::vector<std::vector<RayMapStatistics>> statistics_;  ///< indexed by bundle
+    /// Statistics of each bundle's channels.
+    std::vector<std::vector<RayMapStatistics>> statistics_;
     std::vector<float> planes_;
 };
 

@@ -14,7 +14,7 @@
 namespace peeler {
 namespace {
 
-constexpr int kRowsAtOnce = 64;  // rows painted at a time
+constexpr int kRowsAtOnce = 64;  // number of rows painted at a time
 
 using ValueRange = std::pair<double, double>;
 
@@ -141,8 +141,8 @@ class RayMapPictures : public RayMapOutput {
                static_cast<std::uint64_t>(bundle.view.crop.height() + size.height);
     }
 
-    /// Enlarges the picture for the legend: by its height and, if the legend is wider, to its
-    /// width.
+    /// Enlarges the picture by the legend's height. If the legend is wider than the picture, the
+    /// picture gets its width.
     void makeRoom(View& view) {
         size_ = colorBarSize(bar({}).title, view.crop.width());
         view.crop.x1 = view.crop.x0 + size_.width;

@@ -27,8 +27,8 @@ namespace peeler {
 /// The statistics of a map channel over a bundle, in the units of the map.
 struct RayMapStatistics {
     std::string name;                           ///< name of the channel
-    std::optional<double> least{}, greatest{};  ///< of the finite values
-    double sum = 0;                             ///< of the finite values
+    std::optional<double> least{}, greatest{};  ///< extremes of the finite values
+    double sum = 0;                             ///< sum of the finite values
     /// Volume, in cubic scene units: the integral of the lengths along parallel rays.
     std::optional<double> volume{};
 };
@@ -40,7 +40,7 @@ struct RayMapResult {
 struct VoxelResult {
     std::string path;
     glm::ivec3 cells{0};
-    double spacing = 0;          ///< cell size, in scene units
+    double spacing = 0;          ///< side of a cell, in scene units
     std::uint64_t occupied = 0;  ///< number of cells inside
     std::uint64_t disputed = 0;  ///< number of cells for which the three axes disagree
     double volume = 0;           ///< volume of the cells inside, in cubic scene units
@@ -91,12 +91,13 @@ class RayOutput {
 
 struct HitOptions {
     PosedScene posed;
-    Provenance provenance;          ///< for headers of images; arrays store the output hash
-    std::string comment{};          ///< point clouds: a comment of one line
-    bool double_positions = false;  ///< point clouds: 64-bit positions instead of 32
+    Provenance provenance;  ///< provenance for image headers; arrays store only the output hash
+    std::string comment{};  ///< comment of one line, for point clouds
+    /// Whether positions in point clouds have 64 bits instead of 32.
+    bool double_positions = false;
     /// Arrays and point clouds: names of hitColumns() (hit_columns.h); if empty, all columns.
     std::vector<std::string> columns{};
-    /// Arrays: if set, planes instead of lists.
+    /// For arrays: if set, planes are written instead of lists.
     std::optional<DenseSettings> dense{};
 };
 
@@ -127,7 +128,7 @@ struct RayMapOptions {
     /// Pictures: the values shown in black and in the brightest colour.
     std::optional<std::pair<double, double>> range;
     Provenance provenance;
-    bool legend = false;  ///< pictures: whether a legend is drawn below the map
+    bool legend = false;  ///< for pictures: whether a legend is drawn below the map
 };
 
 /// Returns an output that stores maps, which have one value per ray. EXR: a part for each bundle,

@@ -39,7 +39,7 @@ class VoxelOutput final : public RayOutput {
     }
     void finish() override;
     RayResults results() const override;
-    /// Includes OpenVDB's grid, which is hardly larger than the file.
+    /// Includes the memory of OpenVDB's grid, which is hardly larger than the file.
     SinkMemory memory(const Bundle&) const override {
         return {.bytes = VoxelVotes::bytesOf(lattice_) + (is_grid_ ? forecast({}, {}).bytes : 0)};
     }
@@ -52,7 +52,7 @@ class VoxelOutput final : public RayOutput {
     AxisBundles lattice_;
     std::string creator_;
     bool is_grid_;                    ///< whether the output is a .vdb
-    std::optional<AtomicFile> grid_;  ///< set for a .vdb; arrays_ is set otherwise
+    std::optional<AtomicFile> grid_;  ///< file of a .vdb; otherwise arrays_ is set
     std::optional<ArrayWriter> arrays_;
     VoxelVotes votes_;
 };
