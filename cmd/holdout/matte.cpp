@@ -53,6 +53,7 @@ void Matte::render(const ExrInfo& picture) {
                     "--by " + path, "give a layered file");
     if (picture.provenance.time != 0) options_.animation.time = picture.provenance.time;
     options_.capture.samples = picture.plan.samples;
+    options_.capture.color_type = PixelType::kFloat;
     CaptureJob job(options_, session_);
     job.checkOptions();
     job.openScene();

@@ -8,8 +8,8 @@ from ._error import Error
 
 # The verbs that return data. `batch` and `worker` run jobs instead.
 NAMES = (
-    "bake", "check", "compare", "convert", "devices", "extract", "flatten", "info", "masks", "merge", "rays", "render",
-    "sheet", "verify", "view",
+    "bake", "check", "compare", "convert", "devices", "extract", "flatten", "holdout", "info", "masks", "merge", "rays",
+    "render", "sheet", "verify", "view",
 )  # fmt: skip
 
 
