@@ -14,9 +14,9 @@ void main() {
 
     uint entry = takeEntry();
 #ifdef ENTRIES_AS_KEYS
-    // With fetched list heads, entries are taken in draw order (GL_EXT_shader_framebuffer_fetch), so entries order
-    // coincident fragments as primitive indices do. Using entries avoids gl_PrimitiveID, for which llvmpipe duplicates
-    // vertices that triangles share.
+    // Fetched list heads (GL_EXT_shader_framebuffer_fetch) give out entries in draw order. So
+    // entries order coincident fragments in the same way as primitive indices. Using entries avoids
+    // gl_PrimitiveID; with it, llvmpipe would duplicate the vertices that triangles share.
     key.primitive = entry;
 #endif
     if (hasEntry(entry)) storeFragment(entry, key.depth, key.primitive, fragmentColor(base, gradients));

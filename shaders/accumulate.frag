@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Unordered sums of a pixel's fragments: all fragments, for weighted average and weighted sum, or only those behind the
-// last layer (BEHIND), for the tail of a composite with a layer limit.
+// Unordered sums of a pixel's fragments. Weighted average and weighted sum take all fragments. The
+// tail of a composite with a layer limit takes only the fragments behind the last layer (BEHIND).
 #include "shade.glsl"
 
 #ifdef BEHIND

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Adds a peeled layer, held in textures of a raster tile, to the composite. Fixed-function blending puts the layer
-// under (front to back) or over (BACKWARD) the previous layers. With PING_PONG, the previous layers are read from a
-// texture, without blending. When peeling from behind, the layer's index follows from the number of fragments; layers
-// beyond the limit are added to the tail's sums (TAIL), or dropped.
+// Adds a peeled layer, held in textures of a raster tile, to the composite. Fixed-function blending
+// puts the layer under the previous layers (front to back) or over them (BACKWARD). With PING_PONG,
+// the previous layers are read from a texture, without blending. When layers are peeled from
+// behind, the number of fragments gives the layer's index from the front. Layers beyond the limit
+// are added to the tail's sums (TAIL), or dropped.
 #include "fragment.glsl"
 #include "packed_color.glsl"
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Additional channels of captured fragments (core/image/channels.h), for every method. Each fragment finds its entry in
-// its pixel's list by its primitive, which is unique within a pixel. Vectors are in world space.
+// Additional channels of captured fragments (core/image/channels.h), for every method. The shader
+// finds a fragment's entry in the pixel's list by the fragment's primitive, which is unique within
+// a pixel. Vectors are in world space.
 #include "normal.glsl"
 #include "stored_fragments.glsl"
 
@@ -16,8 +17,8 @@ void put(inout uint at, vec3 v) {
 }
 
 #ifdef CHANNEL_TANGENT
-/// Returns the direction of increasing U, and the sign that makes cross(normal, tangent) point up the image. `normal`
-/// is on the viewer's side.
+/// Returns the direction of increasing U, and the sign with which cross(normal, tangent) points up
+/// the image. `normal` is on the viewer's side.
 vec4 surfaceTangent(vec3 normal, Gradients g) {
     vec3 tangent, bitangent;
     tangentFrame(normal, PEELER_NORMAL_UNIT, g, tangent, bitangent);

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Dual depth peeling (Bavoil & Myers 2008), composited on the fly. Each pass peels the fragments at the front and back
-// depths of the previous pass. Either every target has its own blending (front fragments under the composite, back
-// fragments over it), or all targets use MAX_BLENDING, as in the paper. In the second case, the front composite is read
-// from the previous pass, and a separate pass blends the back.
+// Dual depth peeling (Bavoil & Myers 2008), composited on the fly. Each pass peels the fragments at
+// the front and back depths that the previous pass has found. There are two variants. In the first,
+// every target has its own blending: front fragments go under the composite, back fragments over
+// it. In the second, all targets use MAX_BLENDING, as in the paper. Then each pass reads the front
+// composite of the previous pass, and a separate pass blends the back.
 //
-// The order of two fragments that coincide at a peeled depth would be lost. Stamps detect such fragments: the pixel's
-// list head gets an invalid value, and the pixel is peeled again by another method.
+// If two fragments coincide at a peeled depth, their order would be lost. Stamps detect such
+// fragments. The pixel's list head then gets an invalid value, and the pixel is peeled again by
+// another method.
 #include "shade.glsl"
 
 layout(location = 0) uniform ivec4 pass;  // x: number of this peeling pass, counted from 1

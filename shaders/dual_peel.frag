@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Dual depth peeling (Bavoil & Myers 2008). Peels the fragments at the front and back depths of the previous pass.
-// Fragments between these depths set the range of the next pass. Peeled fragments are appended to their pixel's list.
-// Coincident fragments are peeled together, so none is lost. The lists are sorted afterwards.
+// Dual depth peeling (Bavoil & Myers 2008). Peels the fragments at the front and back depths that
+// the previous pass has found. Fragments between these depths set the range for the next pass.
+// Peeled fragments are appended to their pixel's list. Coincident fragments are peeled together, so
+// that no fragment is lost. The lists are sorted afterwards.
 #include "shade.glsl"
 #include "stored_fragments.glsl"
 #include "list_heads.glsl"

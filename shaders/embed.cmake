@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# peeler_embed_shaders(OUT FOLDER): generates a C++ file that holds every *.glsl, *.vert, *.frag and
-# *.comp of FOLDER as a string, named by its file name, and sets OUT to the file's path.
+# peeler_embed_shaders(OUT FOLDER): generates a C++ file and sets OUT to its path. The C++ file holds
+# every *.glsl, *.vert, *.frag and *.comp of FOLDER as a string, under the shader's file name.
 function(peeler_embed_shaders out folder)
     file(GLOB shaders CONFIGURE_DEPENDS ${folder}/*.glsl ${folder}/*.vert ${folder}/*.frag ${folder}/*.comp)
     set(generated ${CMAKE_CURRENT_BINARY_DIR}/shader_sources.cpp)
@@ -17,8 +17,8 @@ function(peeler_embed_shaders out folder)
     set(${out} ${generated} PARENT_SCOPE)
 endfunction()
 
-# peeler_embed_text(OUT FILE HEADER FUNCTION): generates a C++ file that defines FUNCTION of HEADER,
-# which returns the text of FILE, and sets OUT to its path.
+# peeler_embed_text(OUT FILE HEADER FUNCTION): generates a C++ file and sets OUT to its path. The C++
+# file defines the function FUNCTION, declared in HEADER, which returns the text of FILE.
 function(peeler_embed_text out path header function)
     get_filename_component(name ${path} NAME_WE)
     set(generated ${CMAKE_CURRENT_BINARY_DIR}/${name}.cpp)

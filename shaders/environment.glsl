@@ -6,10 +6,12 @@
 // space (+Y up).
 
 #if defined(ENVIRONMENT) || defined(SHEEN)
-/// Indexed by view cosine and roughness: scale and bias of F0 (GGX), and the albedo of sheen.
+/// The table is indexed by view cosine and roughness. It holds scale and bias of F0 (GGX), and the
+/// albedo of sheen.
 layout(binding = PEELER_ALBEDO_UNIT) uniform sampler2D albedo_table;
 
-/// Returns the table's texture coordinates for these values. The outermost texel centres are at 0 and 1.
+/// Returns the table's texture coordinates for these values. Values of 0 and 1 are at the centres
+/// of the outermost texels.
 vec2 tablePlace(float n_dot_v, float roughness) {
     vec2 size = vec2(textureSize(albedo_table, 0));
     return (vec2(n_dot_v, roughness) * (size - 1.0) + 0.5) / size;
@@ -34,9 +36,10 @@ vec3 environmentRadiance(vec3 direction, float roughness) {
 /// Returns irradiance / pi on a surface with this normal.
 vec3 environmentDiffuse(vec3 normal) { return textureLod(environment_irradiance, normal, 0.0).rgb; }
 
-/// The lookups in prefiltered light for the F0 term (xy) and the F90 term (zw): a direction, as a position between the
-/// normal and the mirrored view, and the roughness of a level, divided by the surface's roughness (lobeTable() in
-/// core/shading/albedo_table.h).
+/// The lookups in prefiltered light for the F0 term (xy) and the F90 term (zw), from lobeTable() in
+/// core/shading/albedo_table.h. The first number of each is the direction, as a position between
+/// the normal and the mirrored view. The second number is the roughness of the level, divided by
+/// the surface's roughness.
 layout(binding = PEELER_LOBE_UNIT) uniform sampler2D lobe_table;
 
 vec4 tabledLobe(float n_dot_v, float roughness) {

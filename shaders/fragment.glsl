@@ -9,7 +9,8 @@ layout(binding = PEELER_OPAQUE_DEPTH_UNIT) uniform sampler2D opaque_depth;
 layout(binding = PEELER_OPAQUE_PRIMITIVE_UNIT) uniform usampler2D opaque_primitive;
 #endif
 #ifdef IN_FRONT
-// Runs the depth test before anything is stored. The test writes no depth, so fragments discarded later have no effect.
+// Runs the depth test before anything is stored. The test writes no depth, so a fragment that is
+// discarded later hides no other fragment.
 layout(early_fragment_tests) in;
 layout(binding = PEELER_OPAQUE_FRAGMENT_UNIT) uniform usampler2D opaque_fragment;  // see opaque.frag
 #endif
@@ -45,11 +46,12 @@ uint pixelIndex() {
 layout(std430, binding = PEELER_CLIP_FIRST) readonly buffer ClipFirst { uint clip_first[]; };
 layout(std430, binding = PEELER_CLIP_DEPTHS) readonly buffer ClipDepths { float clip_depths[]; };
 
-/// Whether the boundary encloses this depth. A point is inside a closed mesh if there are more back faces than front
-/// faces behind it. Faces in front are not counted, since the near plane may clip them. The boundary itself is inside.
+/// Whether the boundary encloses this depth. A point is inside a closed mesh if there are more back
+/// faces than front faces behind the point. Faces in front of the point are not counted, since the
+/// near plane may clip them. Points on the boundary are inside.
 bool insideMesh(float depth) {
-    // GPUs also run the shader for helper pixels beside the drawn ones. Outside the band, the loop bounds would be
-    // arbitrary, and an H100 would be reset.
+    // GPUs also run the shader for helper pixels beside the drawn pixels. For helper pixels outside
+    // the band, the loop bounds would be arbitrary, and such a loop makes an H100 reset.
     if (any(greaterThanEqual(uvec2(placeInBand()), uvec2(frame.band.zw)))) return false;
     uint pixel = pixelIndex();
     int winding = 0;
@@ -92,8 +94,8 @@ bool inRange(Key key) {
     if (precedes(nearest_opaque, key)) return false;
 #endif
 #ifdef IN_FRONT
-    // A draw has one material, so the first keys of draws are enough to order opaque and transparent fragments at the
-    // same depth.
+    // All primitives of a draw have the same material. So first keys of draws are enough to order
+    // an opaque and a transparent fragment at the same depth.
     uvec4 opaque = texelFetch(opaque_fragment, ivec2(gl_FragCoord.xy), 0);
     if (precedes(Key(uintBitsToFloat(opaque.r), opaque.g), Key(key.depth, first_key))) return false;
 #endif

@@ -50,8 +50,9 @@ using glm::vec4;
 #define PEELER_INSTANCES 8   // Placements of all draws with several instances
 #define PEELER_CHANNELS 9    // channel values of each fragment (floats), from channels.frag
 
-// Texture units. GL guarantees 16 per shader, and a material may use 17 in addition to those of lights and peeling. So
-// a program declares only the samplers that its variant reads, and GpuScene counts a material's textures.
+// Texture units. GL guarantees 16 per shader. A material may use 17, and lights and peeling need
+// others. So a program declares only the samplers that its variant reads, and GpuScene counts a
+// material's textures.
 #define PEELER_BASE_COLOR_UNIT 0
 #define PEELER_METALLIC_ROUGHNESS_UNIT 1  // or the texture of specular and glossiness
 #define PEELER_NORMAL_UNIT 2
@@ -113,7 +114,7 @@ struct FrameRecord {
     mat4 world_from_view;  // rotation only
     ivec4 tile;            // x0, y0, width and height of the tile in the picture; y down
     ivec4 band;            // x0, y0, width and height of the band in the picture; y down
-    uvec4 limits;          // x: number of nearest layers that a composite orders; w: 0, but not a constant to compilers
+    uvec4 limits; // x: number of nearest layers that a composite orders; w: always 0, which compilers cannot know
     mat4 view_from_ndc;    // from NDC of the tile to homogeneous view space
     ivec4 clip;            // x: number of half-spaces; y: 1 = keep the inside; z: 1 = a clip mesh exists
     vec4 half_spaces[PEELER_MAX_HALF_SPACES];  // view space; a point p is inside if dot(xyz, p) >= w

@@ -2,7 +2,8 @@
 // Reflectance of a thin film on a surface (Belcour & Barla, "A Practical Extension to Microfacet Theory for the
 // Modeling of Varying Iridescence", 2017), as in KHR_materials_iridescence.
 
-/// Returns the reflectance of an interface between these indices of refraction, at normal incidence.
+/// Returns the reflectance at normal incidence of an interface between two media with these indices
+/// of refraction.
 float normalReflectance(float inside, float outside) {
     float ratio = (inside - outside) / (inside + outside);
     return ratio * ratio;
@@ -24,8 +25,8 @@ vec3 filmSensitivity(float path_difference, vec3 shift) {
     return kRec709FromXyz * xyz;
 }
 
-/// Returns the reflectance, in air, of a film with refractive index `film_ior` and this thickness (nm) on a base with
-/// reflectance `f0`, at the view angle with cosine `cosine`.
+/// Returns the reflectance of a film in air. The film has the refractive index `film_ior` and this
+/// thickness (nm), and lies on a base with reflectance `f0`. `cosine`: cosine of the view angle.
 vec3 filmReflectance(float film_ior, float cosine, float thickness, vec3 f0) {
     // A film much thinner than the wavelengths of light has no effect.
     float ior = mix(1.0, film_ior, smoothstep(0.0, 0.03, thickness));

@@ -6,7 +6,7 @@ layout(std430, binding = PEELER_LIGHTS) readonly buffer Lights {
     LightRecord lights[];
 };
 
-const float kLeastSquare = 1e-30;  // lower limit of squared distances, so that a light on the surface gives no NaN
+const float kLeastSquare = 1e-30;  // lower limit of squared distances; avoids NaN for a light on the surface
 const float kBrightest = 1e30;
 
 /// Returns the unit direction from `position` to the light, both in view space; 0 if they coincide.
@@ -15,8 +15,9 @@ vec3 towardLight(LightRecord light, vec3 position) {
     return offset * inversesqrt(max(dot(offset, offset), kLeastSquare));
 }
 
-/// Returns the irradiance at normal incidence, which is inversely proportional to the squared distance. The window that
-/// limits it to the light's range, and the fall-off of the cone, follow the extension's recommendations.
+/// Returns the irradiance at normal incidence, which is inversely proportional to the squared
+/// distance. The extension recommends the window that limits the irradiance to the light's range,
+/// and the fall-off of the cone.
 vec3 irradiance(LightRecord light, vec3 position, vec3 toward) {
     if (light.position.w == 0.0) return light.color.rgb;
     vec3 offset = light.position.xyz - position;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// List heads: the entry of each pixel's next fragment, or the pixel's fragment count. With FETCHED_LIST_HEADS, they are
-// the render target, and the shader reads the value that it overwrites (GL_EXT_shader_framebuffer_fetch). The fragments
-// of a pixel then run in order, so no atomic counter is needed.
+// List heads: the entry of each pixel's next fragment, or the pixel's fragment count. With
+// FETCHED_LIST_HEADS, the list heads are the render target. The shader then reads the value that it
+// overwrites (GL_EXT_shader_framebuffer_fetch). The fragments of a pixel run in order, so no atomic
+// counter is needed.
 #ifdef FETCHED_LIST_HEADS
 layout(location = 0) inout uint fetched_head;
 

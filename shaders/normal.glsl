@@ -7,7 +7,8 @@
 layout(binding = PEELER_CLEARCOAT_NORMAL_UNIT) uniform sampler2D clearcoat_normal_texture;
 #endif
 
-/// Returns the facet's normal toward the viewer, for either winding order; not normalised.
+/// Returns the facet's normal on the viewer's side, for either winding order of the triangle. The
+/// result is not normalised.
 vec3 facetNormal(Gradients g) { return cross(g.position_dx, g.position_dy); }
 
 /// Returns the normal without a normal map.
@@ -19,11 +20,12 @@ vec3 geometricNormal(Gradients g) {
 }
 
 #if defined(TEXTURED) || defined(ANISOTROPY) || defined(CHANNEL_TANGENT)
-/// Returns the directions of U and V (V up the image) about `normal`; 0 if texture coordinates do not define them. If
-/// the mesh has no tangents, the coordinates of the texture `unit` define the directions, after KHR_texture_transform,
-/// since glTF 2.0 §3.7.2.1 requires "the texture coordinates associated with the normal texture". A mesh's own tangents
-/// are used unchanged, since no specification transforms them. Khronos' sample renderer (getNormalInfo) and three.js
-/// (getTangentFrame) do the same in both cases.
+/// Returns the directions of U and V (V up the image) in the plane perpendicular to `normal`; 0 if
+/// texture coordinates do not define them. If the mesh has no tangents, the coordinates of the
+/// texture `unit` define the directions, after KHR_texture_transform, since glTF 2.0 §3.7.2.1
+/// requires "the texture coordinates associated with the normal texture". If the mesh has tangents,
+/// they are used unchanged, since no specification transforms them. In both cases, Khronos' sample
+/// renderer (getNormalInfo) and three.js (getTangentFrame) do the same.
 void tangentFrame(vec3 normal, int unit, Gradients g, out vec3 tangent, out vec3 bitangent) {
     float side = gl_FrontFacing ? 1.0 : -1.0;
     if ((DRAW_FLAGS & PEELER_HAS_TANGENTS) != 0u) {
@@ -39,7 +41,7 @@ void tangentFrame(vec3 normal, int unit, Gradients g, out vec3 tangent, out vec3
     if (hasTransform(unit)) dx = transformedSlope(unit, dx), dy = transformedSlope(unit, dy);
     vec3 across_y = cross(g.position_dy, normal), across_x = cross(normal, g.position_dx);
     tangent = across_y * dx.x + across_x * dy.x;
-    // In glTF, V runs down the image, but normal maps have +Y up the image.
+    // In glTF, V runs down the image, but the Y axis of normal maps points up the image.
     bitangent = -(across_y * dx.y + across_x * dy.y);
     float scale = max(dot(tangent, tangent), dot(bitangent, bitangent));
     // If the interpolated normal points away from the viewer, flip the tangent frame.
@@ -71,7 +73,7 @@ vec3 shadingNormal(Gradients g) {
 }
 
 #ifdef CLEARCOAT
-/// Returns the clearcoat's normal. It ignores the normal map of the surface below.
+/// Returns the clearcoat's normal, without the normal map of the surface below the clearcoat.
 vec3 clearcoatNormal(Gradients g) {
     vec3 normal = geometricNormal(g);
 #ifdef TEXTURED

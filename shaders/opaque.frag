@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// The nearest opaque fragment (OPAQUE and MASK, not transmissive) with its colour. The depth test selects it, so
-// fragments behind already drawn ones are not shaded. Among equal depths, the test keeps the first drawn fragment,
-// which has the smallest key.
+// The nearest opaque fragment (OPAQUE and MASK, not transmissive) with its colour. The depth test
+// selects the fragment, so fragments behind those already drawn are not shaded. Among equal depths,
+// the test keeps the fragment drawn first, which has the smallest key.
 #include "shade.glsl"
 
-// x: the depth, as bits; y: the key of the first primitive of the draw; zw: the colour, if stored as halfs.
+// x: the bits of the depth; y: the key of the first primitive of the draw; zw: the colour, if it is
+// stored as halfs.
 layout(location = 0) out uvec4 fragment;
 #ifdef COLOR_FLOAT
 layout(location = 1) out uvec4 color;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// First of two passes: finds the key of the next fragment behind the previous layer, without its colour.
+// First of two passes: finds the key of the next fragment behind the previous layer. Does not
+// compute the fragment's colour.
 #ifdef ALPHA_TEST
 #include "surface.glsl"
 #else

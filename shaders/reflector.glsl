@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Surface properties for lighting, and the surface's reflection of lights and environment. Directions are in world
-// space. Each material extension has its own variants, so unused extensions are not compiled.
+// Surface properties for lighting, and the surface's reflection of lights and environment.
+// Directions are in world space. Each material extension has its own shader variants, so the code
+// of unused extensions is not compiled.
 #include "normal.glsl"
 #include "lobes.glsl"
 #ifdef IRIDESCENCE
@@ -29,12 +30,13 @@ layout(binding = PEELER_IRIDESCENCE_THICKNESS_UNIT) uniform sampler2D iridescenc
 #endif
 #endif
 
-// Lower limits of alpha. At 0, a mirror would show lights only as infinitely small highlights, and the sheen's
-// exponents would be infinite.
+// Lower limits of alpha. With alpha 0, a mirror would show lights only as infinitely small
+// highlights, and the exponents of sheen would be infinite.
 const float kLeastAlpha = 0.002, kLeastSheenAlpha = 0.005;
 
-// A mix, by `metallic`, of a dielectric (metallic 0: diffuse light below a specular layer with f0 and f90) and a metal
-// (metallic 1: F0 is `metal`, F90 is 1, no diffuse light) (glTF 2.0, appendix B.3.5).
+// A mix, by `metallic`, of a dielectric and a metal (glTF 2.0, appendix B.3.5). The dielectric
+// (metallic 0) has diffuse light below a specular layer with f0 and f90. The metal (metallic 1) has
+// the F0 `metal`, an F90 of 1 and no diffuse light.
 struct Reflector {
     vec3 diffuse, f0, metal;
     float f90, metallic;
@@ -56,8 +58,9 @@ struct Reflector {
 
 float largest(vec3 v) { return max(max(v.r, v.g), v.b); }
 
-/// Returns the fraction of light that reaches the diffuse surface below a layer that reflects `reflected`. A layer with
-/// a tinted reflection must not tint the transmitted light.
+/// Returns the fraction of light that reaches the diffuse surface below a layer that reflects
+/// `reflected`. If reflections may be tinted (SPECULAR), the fraction is the same for all channels,
+/// because such a layer must not tint the transmitted light.
 vec3 beneath(vec3 reflected) {
 #ifdef SPECULAR
     return vec3(1.0 - largest(reflected));
@@ -95,8 +98,8 @@ void setAnisotropy(inout Reflector s, Gradients g) {
 #endif
 
 #ifdef IRIDESCENCE
-/// Returns the F0 with which Schlick's term gives the reflectance of a film on a base with reflectance `f0`, at the
-/// view angle.
+/// Returns an F0 for a film on a base with reflectance `f0`. At this view angle, Schlick's term
+/// with this F0 gives the film's reflectance.
 vec3 filmed(vec3 f0, float film, float thickness, float n_dot_v) {
     vec3 seen = filmReflectance(material.iridescence.y, n_dot_v, thickness, f0);
     float x = min(grazing(n_dot_v), 0.9999);
@@ -130,8 +133,8 @@ Reflector reflectorOf(vec3 base, Gradients g) {
     s.diffuse = base * (1.0 - largest(s.f0));
 #else
     s.metallic = rough_metal.y;
-    // Always 0.04. The min() keeps compilers from folding it with other constants, which would round differently from a
-    // texture's value.
+    // The result is always 0.04. The min() keeps compilers from folding the constant with others,
+    // which would round differently from a texture's value.
     s.f0 = vec3(min(material.transmission.w, 0.04));
 #ifdef SPECULAR
     float share = material.specular.a * TEXEL(specular_texture, PEELER_SPECULAR_UNIT).a;
@@ -215,7 +218,8 @@ float coatReflectance(Reflector s, vec3 l) {
 #endif
 
 #ifdef ENVIRONMENT
-/// Returns the prefiltered radiance for one term of a lobe. `part` is that term's half of tabledLobe().
+/// Returns the prefiltered radiance for the F0 or the F90 term of a lobe. `part` is the half of
+/// tabledLobe() for this term.
 vec3 radianceAlong(vec3 n, vec3 mirrored, float roughness, vec2 part) {
     return environmentRadiance(mix(n, mirrored, part.x), min(roughness * part.y, 1.0));
 }
@@ -236,12 +240,13 @@ Reflected reflected(vec3 f0, float f90, vec2 scale_bias) {
 }
 
 #ifdef ANISOTROPY
-/// Returns the radiance reflected by anisotropic microfacets. Samples normals along the tangent, by their distribution
-/// and their visibility from `v`. Each sample looks up a round lobe, as wide as the microfacets' lobe across the
-/// tangent, or wider if necessary to reach the next sample.
+/// Returns the radiance reflected by anisotropic microfacets. Samples normals along the tangent, by
+/// their distribution and their visibility from `v`. Each sample looks up a round lobe. Its width
+/// is that of the microfacets' lobe across the tangent, or more if necessary to reach the next
+/// sample.
 vec3 stretchedRadiance(Reflector s) {
     const int kNormals = 12;
-    const float kReach = 0.6;  // width of a lobe, in gaps between samples; the minimum without stripes
+    const float kReach = 0.6;  // width of a lobe, in gaps between samples; narrower lobes would leave stripes
     float along = mix(s.alpha, 1.0, s.strength * s.strength);
     vec3 sum = vec3(0.0);
     float weights = 0.0;
@@ -256,7 +261,8 @@ vec3 stretchedRadiance(Reflector s) {
         float weight = v_dot_h / dot(s.n, h) * 2.0 * n_dot_l / (n_dot_l + sqrt(n_dot_l * n_dot_l + across * across));
         float gap = 2.0 / float(kNormals) * along * inversesqrt(rest) / (rest + along * along * u * u);
         float roughness = sqrt(clamp(kReach * gap, s.alpha, 1.0));
-        // Rough lobes receive more of the light above the surface. The power is a best fit to numerical integrals.
+        // Rough lobes receive more of the light above the surface. The power was fitted to
+        // numerical integrals.
         sum += weight * environmentRadiance(mix(l, s.n, roughness * roughness * roughness), roughness);
         weights += weight;
     }
@@ -265,15 +271,19 @@ vec3 stretchedRadiance(Reflector s) {
 #endif
 
 #ifdef SHEEN
-/// Returns the radiance reflected by fibres, divided by their albedo: the mean over directions, weighted by the lobe.
-/// Directions where the lobe is far below its maximum are left out. Each lookup is as wide as its cell (Krivanek &
-/// Colbert, "Real-time Shading with Filtered Importance Sampling", 2008). Cells form rings around the normal, symmetric
-/// about the plane of the view and evenly spaced in azimuth.
+/// Returns the radiance reflected by fibres, divided by their albedo. This is the mean radiance
+/// over all directions, weighted by the lobe. Directions where the lobe is far below its maximum
+/// are left out. The other directions are divided into cells, with one lookup for each cell, as
+/// wide as the cell (Krivanek & Colbert, "Real-time Shading with Filtered Importance Sampling",
+/// 2008). Cells form rings around the normal, symmetric about the plane of the view and evenly
+/// spaced in azimuth.
 vec3 fibresRadiance(Reflector s) {
     const int kRings = 3, kMost = 9;  // each ring nearer to the normal has one cell fewer
-    // Threshold of the lobe relative to its maximum, in the plane of the view and in a ring.
+    // Directions are left out if the lobe is below this fraction of its maximum, in the plane of
+    // the view or in a ring.
     const float kLeast = 0.16;
-    // Alpha of a GGX lobe as wide as a cell, divided by the square root of the cell's solid angle.
+    // A GGX lobe as wide as a cell has this alpha, multiplied by the square root of the cell's
+    // solid angle.
     const float kReach = 0.3;
     float alpha = max(s.sheen_roughness * s.sheen_roughness, kLeastSheenAlpha);
     float v_sine = sqrt(1.0 - s.n_dot_v * s.n_dot_v);
@@ -282,8 +292,9 @@ vec3 fibresRadiance(Reflector s) {
     toward = normalize(toward);
     vec3 aside = cross(s.n, toward);
 
-    // The distribution is a power of the half vector's sine. In the plane of the view, the half vector's angle is the
-    // mean of both directions' angles. It is largest for light from the horizon.
+    // The distribution is a power of the sine of the half vector's angle to the normal. In the
+    // plane of the view, this angle is the mean of the angles of both directions. It is largest for
+    // light from the horizon.
     float v_angle = acos(s.n_dot_v), root = pow(kLeast, alpha);
     float least_angle = 2.0 * asin(root * sin(0.5 * (0.5 * kPi + v_angle))) - v_angle;
     float top = cos(max(least_angle, 0.0));
@@ -295,8 +306,9 @@ vec3 fibresRadiance(Reflector s) {
         float n_dot_l = top * edges.y, sine = sqrt(1.0 - n_dot_l * n_dot_l);
         float cosines = n_dot_l * s.n_dot_v, sines = max(sine * v_sine, 1e-6);
         float across = (n_dot_l + s.n_dot_v) * (n_dot_l + s.n_dot_v);
-        // The azimuth at which the lobe falls to the threshold in this ring. The half vector's cos² is across / (2 + 2
-        // l.v), and the lobe is a power of the sine.
+        // `widest` is the azimuth at which the lobe falls to the threshold in this ring. The
+        // squared cosine of the half vector's angle is across / (2 + 2 l.v), and the lobe is a
+        // power of the sine.
         float greatest = 1.0 - across / (2.0 + 2.0 * (cosines + sines));
         float widest = acos(clamp((across / (1.0 - greatest * root * root) - 2.0 - 2.0 * cosines) / (2.0 * sines),
                                   -1.0, 1.0));
@@ -327,7 +339,8 @@ vec3 fibresRadiance(Reflector s) {
 vec3 reflectedEnvironment(Reflector s, float occlusion) {
     vec2 scale_bias = environmentBrdf(s.roughness, s.n_dot_v);
 #ifdef ANISOTROPY
-    // The mean of the values for the roughnesses along and across the anisotropy.
+    // The mean of two values: for the roughness along the direction of anisotropy, and for the
+    // roughness across it.
     float along = mix(s.alpha, 1.0, s.strength * s.strength);
     scale_bias = 0.5 * (scale_bias + environmentBrdf(sqrt(along), s.n_dot_v));
 #endif

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reopens incomplete pixels, so that they can be peeled again. With KEY, resets their key to the one before the first
-// layer; otherwise clears their composite.
+// Reopens incomplete pixels, so that they can be peeled again. With KEY, resets the key of each
+// such pixel to the key before the first layer. Otherwise clears the pixel's composite.
 #include "fragment.glsl"
 
 layout(std430, binding = PEELER_LIST_HEADS) buffer ListHeads { uint list_heads[]; };

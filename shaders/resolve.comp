@@ -17,7 +17,8 @@ layout(std430, binding = PEELER_LIST_HEADS) buffer ListHeads { uint list_heads[]
 layout(std430, binding = PEELER_COLORS) writeonly buffer Colors { vec4 colors[]; };
 
 #ifdef TINTED
-// Opacity per channel. Only for unordered methods: with ordered methods, the CPU composites layers of coloured opacity.
+// Opacity per channel. Only unordered methods need it: for ordered methods, the CPU composites
+// layers with coloured opacity.
 layout(binding = PEELER_BACK_OPACITY_UNIT) uniform sampler2D back_opacity;
 layout(binding = PEELER_TAIL_OPACITY_UNIT) uniform sampler2D tail_opacity;
 
@@ -41,7 +42,8 @@ void writeTinted(uint pixel, ivec2 at, vec4 back, vec4 tail, float n) {
 
 vec4 over(vec4 a, vec4 b) { return a + (1.0 - a.a) * b; }
 
-/// Returns the weighted average of n fragments (Bavoil & Myers 2008, section 4): each with the mean colour and opacity.
+/// Returns the weighted average of n fragments (Bavoil & Myers 2008, section 4). Each fragment gets
+/// the mean colour and the mean opacity.
 vec4 average(vec4 sum, float n) {
     if (sum.a <= 0.0) return vec4(sum.rgb, 0.0);  // no opacity, as for reflections on glass
     float covered = 1.0 - pow(max(0.0, 1.0 - sum.a / n), n);

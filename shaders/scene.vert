@@ -8,15 +8,16 @@ layout(std140, binding = PEELER_DRAW_BLOCK) uniform DrawBlock { DrawRecord draw;
 layout(std430, binding = PEELER_INSTANCES) readonly buffer Instances { Placement instances[]; };
 #endif
 
-// Values that are constant over a draw are flat varyings: llvmpipe's fragment shaders read a flat varying with one
-// instruction, but a uniform with about twenty.
+// Values that are constant over a draw are flat varyings. llvmpipe's fragment shaders need one
+// instruction to read a flat varying, but about twenty to read a uniform.
 layout(location = PEELER_FIRST_KEY) flat out uint first_key;  // key of the instance's first primitive
 
 layout(location = PEELER_POSITION) in vec3 position;
 invariant gl_Position;
 
 #ifdef SLOPES
-// Not clamped, unlike gl_FragCoord.z: derivatives may evaluate it beyond the triangle.
+// This depth is not clamped, unlike gl_FragCoord.z, because derivatives may evaluate it beyond the
+// triangle.
 layout(location = PEELER_CLIP_DEPTH) noperspective out float clip_depth;
 #endif
 
@@ -64,7 +65,8 @@ void main() {
 #ifdef VARYINGS
     surface.position = (placement.view_from_model * vec4(position, 1.0)).xyz;
     surface.normal = mat3(placement.normal_from_model) * normal;
-    // A mirrored mesh mirrors the bitangent, but not the cross product that gives the bitangent.
+    // In a mirrored mesh, the bitangent is mirrored, but the cross product that computes it is not.
+    // So the handedness changes its sign.
     float handedness = (draw.ids.z & PEELER_MIRRORED) != 0u ? -tangent.w : tangent.w;
     surface.tangent = vec4(mat3(placement.view_from_model) * tangent.xyz, handedness);
     surface.texcoords = vec4(texcoord0, texcoord1);

@@ -6,9 +6,9 @@
 #include "transmission.glsl"
 #endif
 
-/// Packs a colour so that the compiler cannot drop the rounding. NVIDIA's compiler (580.159) replaces
-/// unpackHalf2x16(packHalf2x16(x)) by x, so methods that do not store colours would composite unrounded ones. The OR
-/// with limits.w prevents this.
+/// Packs a colour so that the compiler cannot drop the rounding. NVIDIA's compiler (580.159)
+/// replaces unpackHalf2x16(packHalf2x16(x)) by x. Methods that do not store colours would then
+/// composite unrounded ones. The OR with limits.w prevents this.
 PACKED_COLOR rounded(vec4 color) { return packColor(color) | PACKED_COLOR(frame.limits.w); }
 
 /// Returns the premultiplied linear colour of a fragment with base colour `base` (baseColor()); with TINTED, also the
@@ -33,8 +33,9 @@ StoredColor fragmentColor(vec4 base, Gradients g) {
                (DRAW_FLAGS & (PEELER_HAS_NORMALS | PEELER_IS_TRIANGLES)) != 0u;
     if (lit) rgb = litColor(base.rgb, passing, g);
 #endif
-    // Limits colours to the range of a half: vertex colours may have any size, and interpolation at a snapped vertex
-    // may give negative ones. Replaces NaN (from a degenerate facet), which would spoil the composite.
+    // Limits colours to the range of a half. Vertex colours may have any size, and interpolation at
+    // a snapped vertex may give negative colours. Replaces NaN (from a degenerate facet), which
+    // would spoil the composite.
     rgb = clamp(rgb * alpha, vec3(0.0), vec3(65504.0));
     rgb = mix(rgb, vec3(0.0), isnan(rgb));
     StoredColor stored;

@@ -11,7 +11,8 @@ layout(location = 1) out PACKED_COLOR opacity;
 
 void main() {
     Gradients gradients = surfaceGradients();
-    // A primitive has one fragment per pixel, so its index identifies the fragment.
+    // A primitive has at most one fragment per pixel, so the primitive's index identifies the
+    // fragment.
     if (fragmentKey().primitive != texelFetch(layer_primitive, ivec2(gl_FragCoord.xy), 0).r) discard;
     StoredColor stored = fragmentColor(baseColor(gradients), gradients);
     color = stored.color;

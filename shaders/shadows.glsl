@@ -10,8 +10,8 @@ float litAt(ivec3 texel, float depth) {
     return depth > texelFetch(shadow_maps, texel, 0).r ? 0.0 : 1.0;
 }
 
-/// Returns the share of light that arrives: the depth tests against the four nearest texels, interpolated. Exactly 1 if
-/// all four pass. `position` is in view space.
+/// Returns the fraction of light that arrives. This is the interpolated result of depth tests
+/// against the four nearest texels; it is exactly 1 if all four pass. `position` is in view space.
 float visibility(LightRecord light, vec3 position) {
     if (light.map.x < 0.0) return 1.0;
     // `precise`, so that every pass compares the same depth.

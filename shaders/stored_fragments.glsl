@@ -5,7 +5,8 @@
 // needs only one loop.
 #include "packed_color.glsl"
 
-// As uvec4, fragments of six or ten words would need padding, so they are kWords elements of uvec2.
+// Fragments of six or ten words would need padding if they were stored as uvec4. So they are stored
+// as kWords elements of uvec2.
 #if defined(KEYS_ONLY)
 #define FRAGMENT_WORDS uvec2
 const uint kWords = 1u;
@@ -22,8 +23,8 @@ const uint kWords = 3u;
 
 layout(std430, binding = PEELER_FRAGMENTS) buffer Fragments { FRAGMENT_WORDS fragments[]; };
 
-/// Whether the band has room for the entry. If it has not, there are more fragments than were counted; the check after
-/// the pass reports this.
+/// Whether the band has room for the entry. If it does not, there are more fragments than were
+/// counted. The check after the pass reports this.
 bool hasEntry(uint entry) { return kWords * entry + kWords - 1u < uint(fragments.length()); }
 
 #if defined(KEYS_ONLY)

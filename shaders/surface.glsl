@@ -25,8 +25,9 @@ layout(location = PEELER_MATERIAL_COLOR) flat in vec4 material_color;
 layout(location = PEELER_MATERIAL_EMISSIVE) flat in vec4 material_emissive;
 layout(location = PEELER_MATERIAL_FACTORS) flat in vec4 material_factors;
 
-/// Screen-space derivatives. They are undefined after a discard or in divergent control flow, so every shader computes
-/// them first. It samples textures with these explicit gradients, so that every pass reads the same texels.
+/// Screen-space derivatives. They are undefined after a discard or in divergent control flow, so
+/// every shader computes them first. The shader samples textures with these explicit gradients, so
+/// that every pass reads the same texels.
 struct Gradients {
     vec4 texcoords_dx, texcoords_dy;
     vec3 position_dx, position_dy;
@@ -37,8 +38,8 @@ Gradients surfaceGradients() {
                      dFdy(surface.position));
 }
 
-// Draw and material flags are compiled into the variant and not read from the records, because llvmpipe runs both sides
-// of a branch.
+// Draw and material flags are compiled into the variant instead of being read from the records.
+// llvmpipe would run both sides of a branch on a record's flags.
 bool hasTexture(int unit) {
     return (MATERIAL_FLAGS & (PEELER_FIRST_TEXTURE_BIT << uint(unit))) != 0u;
 }
@@ -46,7 +47,7 @@ bool hasTexture(int unit) {
 bool hasTransform(int unit) { return (TRANSFORMED_TEXTURES & (1u << uint(unit))) != 0u; }
 bool hasSecondUv(int unit) { return (SECOND_UV_TEXTURES & (1u << uint(unit))) != 0u; }
 
-/// Samples a texture of the material; ones if there is no texture.
+/// Samples a texture of the material. Gives ones if there is no texture.
 #ifdef TEXTURED
 #define TEXEL(map, unit) (hasTexture(unit) ? sampled(map, unit, g) : vec4(1.0))
 #else

@@ -58,7 +58,7 @@ vec3 passingColors(vec3 base, float share, Gradients g) {
     return clamp(share * (1.0 - metalness(g)) * clamp(base, 0.0, 1.0), 0.0, 1.0);
 }
 
-/// Tints the base colour by the volume, and returns the transmitted fraction of light.
+/// Multiplies the base colour by the volume's tint, and returns the transmitted fraction of light.
 float passingLight(inout vec3 base, Gradients g) {
     if (material.transmission.z > 0.0) base *= attenuation(g);
     vec3 tint = clamp(base, 0.0, 1.0);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fragments in draw order, for plain blending. With TINTED there are two passes, since dual-source blending allows only
-// one target: one for colours, blended by the opacity per channel, and one for opacities (OPACITY).
+// Fragments in draw order, for plain blending. With TINTED, one pass writes colours, blended by the
+// opacity per channel, and a second pass writes opacities (OPACITY). Two passes are needed because
+// dual-source blending allows only one target.
 #include "shade.glsl"
 
 layout(std430, binding = PEELER_LIST_HEADS) buffer ListHeads { uint list_heads[]; };

@@ -23,11 +23,11 @@ struct Receivers {
     std::size_t size() const { return positions.size(); }
 };
 
-/// The baked quantity. Each line starts with the number of floats per receiver.
+/// The baked quantity. Each comment below begins with the number of floats per receiver.
 enum class BakeQuantity : std::uint8_t {
     kAmbientOcclusion,  ///< 1 float: cosine-weighted fraction of the hemisphere that is unoccluded
     kBentNormal,        ///< 3 floats: mean unoccluded direction, a unit vector in world space
-    /// 1 float: fraction of a uniform sky's light (+Y is up) that arrives; 1 on an open plain
+    /// 1 float: fraction of the light of a uniform sky (+Y is up) that arrives; 1 on an open plain
     kSkyVisibility,
     kThickness,  ///< 1 float: mean distance to the opposite side, scene units
     kIrradiance  ///< 3 floats: irradiance in W/m² per W/(m² sr) of emitted radiance
@@ -45,14 +45,14 @@ struct BakeSettings {
     int bounces = 1;  ///< reflections of light on its way to a receiver; irradiance only
 };
 
-/// A function that interpolates between receivers. Returns the irradiance at a point of the
-/// primitive with this draw-order key. `irradiance` holds the irradiance that every receiver has
-/// gathered so far. The code that placed the receivers supplies the function.
+/// A function that interpolates between receivers: returns the irradiance at a point of the
+/// primitive that has this draw-order key. `irradiance` is the irradiance gathered so far, three
+/// floats per receiver. The code that placed the receivers supplies the function.
 using SurfaceLookup = std::function<glm::vec3(std::span<const float> irradiance, std::uint32_t key,
                                               const glm::vec2& barycentric)>;
 
-/// A callback that receives a forecast: the peak resident bytes of the process during a gather
-/// along lines, or during the next bundle.
+/// A callback that receives a memory forecast: the peak resident bytes of the process during a
+/// gather along lines, or during the next bundle.
 using ReportMemory = std::function<void(std::uint64_t bytes)>;
 
 /// Returns the values of all receivers, componentsOf() floats each. If the source prefers lines and
@@ -66,9 +66,9 @@ std::vector<float> bake(HitSource& source, const Receivers& receivers, const Bak
                         const CaptureSettings& capture, const SurfaceLookup& lookup,
                         const Progress& progress, const ReportMemory& tell = {});
 
-/// Returns the highest value that bake() would report to `tell` with the same arguments, and
-/// reports the same progress. Counts bundles but does not capture them; traces no lines. Throws
-/// like bake().
+/// Returns the highest forecast that bake() would pass to `tell` with the same arguments. Reports
+/// the same progress as bake(). Counts the hits of bundles without capturing them; traces no lines.
+/// Throws like bake().
 std::uint64_t forecastBake(HitSource& source, const Receivers& receivers,
                            const BakeSettings& settings, const CaptureSettings& capture,
                            const Progress& progress);

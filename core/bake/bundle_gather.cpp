@@ -14,9 +14,9 @@ namespace peeler {
 namespace {
 
 constexpr std::size_t kReceiversAtOnce = 4096;  // receivers per task
-// Hits nearer than this share of the ray spacing belong to the receiver's own surface. Between rays
-// the surface is taken as a plane; a curved surface deviates from this plane by less than
-// kOwnSurface.
+// Hits nearer than this fraction of the ray spacing belong to the receiver's own surface. Each hit
+// is extended as a plane to the receiver's line. A curved surface deviates from this plane by less
+// than kOwnSurface.
 constexpr double kOwnSurface = 0.2;
 
 /// The positions of receivers in the ray grid of a bundle.
@@ -53,8 +53,8 @@ class RayLattice {
         return place;
     }
 
-    /// Returns the receiver's next hit along its nearest ray, in the ray's direction or against it.
-    /// Extrapolates each hit, as a plane, to the parallel line through the receiver.
+    /// Returns the next hit that the receiver sees along its nearest ray, in the ray's direction or
+    /// against it. Extends each hit as a plane to the receiver, which may lie beside the ray.
     VisibleHit next(const LayeredImage& band, bool forward, const Place& place) const {
         const std::size_t pixel = band.pixelIndex(place.x, place.y);
         const auto slopes = band.color.as<const glm::vec2>();
@@ -117,8 +117,8 @@ class ReceiverSink final : public Sink {
     std::vector<Sum>& sums_;
 };
 
-/// Returns the ray grid of a bundle. Each grid is rotated and shifted differently, so that one
-/// bundle hits details that fall between the rays of another.
+/// Returns the ray grid of a bundle. Each bundle's grid has its own rotation and shift, so that its
+/// rays hit details that fall between the rays of other bundles.
 RayGrid gridOf(const BakeSettings& settings, int bundle) {
     constexpr double kGolden = 0.6180339887498949;
     // The R2 sequence (Roberts 2018, "The Unreasonable Effectiveness of Quasirandom Sequences").
@@ -134,8 +134,8 @@ RayGrid gridOf(const BakeSettings& settings, int bundle) {
 /// Bytes of heap memory that stay allocated after a bundle (measured).
 constexpr std::uint64_t kLeftBytes = std::uint64_t{4} << 20;
 
-/// Plans one bundle after another and calls take(bundle, plan, share). `share` is the progress at
-/// the end of this bundle.
+/// Plans one bundle after another and calls take(bundle, plan, share) for each. `share` is the
+/// fraction of the total work that is done when this bundle ends.
 template <class Take>
 void forEachBundle(HitSource& source, const CaptureSettings& capture, const GatherJob& job,
                    const Take& take) {

@@ -14,8 +14,8 @@ namespace peeler {
 void gatherByBundles(HitSource& source, const CaptureSettings& capture, const GatherJob& job,
                      std::vector<Sum>& sums, const Progress& progress);
 
-/// Returns the highest value that gatherByBundles() would pass to `job.tell`. Progress covers the
-/// count passes.
+/// Returns the highest forecast that gatherByBundles() would pass to `job.tell`. Runs only the
+/// count passes, and reports their progress.
 std::uint64_t forecastBundles(HitSource& source, const CaptureSettings& capture,
                               const GatherJob& job, const Progress& progress);
 

@@ -22,7 +22,7 @@ struct GatherJob {
     ReportMemory tell{};  ///< called as in bake(); may be empty
 };
 
-/// Throws Error (kMemory) if `bytes`, added to resident memory, exceed the budget.
+/// Throws Error (kMemory) if resident memory plus `bytes` exceeds the budget.
 void checkReceiverMemory(std::uint64_t bytes, std::size_t receivers, const MemoryBudget& budget);
 
 }  // namespace peeler

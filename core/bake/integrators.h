@@ -36,20 +36,20 @@ struct Sum {
 class Integrator {
   public:
     virtual ~Integrator() = default;
-    /// Whether receivers look into their own surface, not away from it.
+    /// Whether receivers look into the body behind their surface instead of away from the surface.
     virtual bool looksInside() const { return false; }
     /// Returns the channels that add() needs besides the distance. Only bundles provide channels.
     virtual std::vector<Channel> channels() const { return {}; }
     /// Returns the number of rounds. Each round traces all directions.
     virtual int rounds() const { return 1; }
-    /// Called before each round with all receivers' values from the previous round (empty in the
-    /// first round).
+    /// Called before each round. `gathered` holds all receivers' values from the previous round,
+    /// and is empty in the first round.
     virtual void beginRound(std::span<const float>) {}
     /// Called before the first add() of a band.
     virtual void beginBand(const LayeredImage&) {}
-    /// Adds the hit that a receiver at `position` (world space) sees. `cosine` (above 0) is the
-    /// cosine of the angle between the hit's direction and the receiver's normal, or the opposite
-    /// normal if looksInside().
+    /// Adds the hit that a receiver at `position` (world space) sees. `cosine` (greater than 0) is
+    /// the cosine of the angle between the hit's direction and the receiver's normal. If
+    /// looksInside(), the angle is measured from the opposite of the normal.
     virtual void add(const VisibleHit& seen, const glm::dvec3& position, float cosine,
                      Sum& sum) const = 0;
     /// Writes the receiver's value to `out`: componentsOf() floats.

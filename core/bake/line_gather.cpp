@@ -20,8 +20,8 @@ namespace {
 // The distance up to which hits are ignored as the receiver's own surface, as a fraction of the
 // scene's diagonal.
 constexpr double kOwnSurfaceShare = 1e-4;
-// The maximum number of receivers per chunk: few enough to fit a core's cache, and enough to
-// justify projecting the scene.
+// The maximum number of receivers per chunk. A chunk must fit a core's cache, but be large enough
+// to justify projecting the scene for it.
 constexpr std::size_t kMostTogether = std::size_t{1} << 17;
 constexpr std::size_t kGroupDirections = 8;  // directions per task
 constexpr std::size_t kTasksAThread = 4;
@@ -54,7 +54,8 @@ std::vector<std::uint32_t> spatialOrder(const Receivers& receivers, const Occlud
     return order;
 }
 
-/// The division of the work into tasks: chunks of receivers and groups of directions.
+/// The division of the work into tasks. Each task has a chunk of receivers and a group of
+/// directions.
 struct LineTasks {
     /// Throws Error (kMemory) if a single group of directions exceeds the budget.
     LineTasks(const GatherJob& job, const MemoryBudget& budget)
@@ -82,9 +83,9 @@ struct LineTasks {
     std::uint64_t bytes = 0;  // memory of all tasks together
 };
 
-/// Runs the tasks, one per chunk and group, with enough groups at once to keep all threads busy.
-/// Each task's sums begin at 0 and are added in the order of groups. So the result does not depend
-/// on the number of groups at once.
+/// Runs the tasks, one per chunk and group. Runs enough groups at the same time to keep all threads
+/// busy. The sums of each task begin at 0 and are added up in the order of the groups, so the
+/// result does not depend on the number of groups that run at the same time.
 class LineGather {
   public:
     LineGather(const Occluders& occluders, const GatherJob& job, const LineTasks& tasks)
@@ -122,7 +123,8 @@ class LineGather {
     }
 
   private:
-    /// Runs one task. `sums` holds the group's sums of all receivers, in the order of `order_`.
+    /// Runs one task. `sums` holds the sums of all receivers for the task's group, in the order of
+    /// `order_`.
     void lookAlong(std::size_t group, std::size_t chunk, Sum* sums) {
         const std::size_t first = chunk * tasks_.chunk,
                           end = std::min(tasks_.count, first + tasks_.chunk);

@@ -75,8 +75,8 @@ Occluders::Occluders(const PosedScene& posed, Faces faces) : posed_(posed) {
 
 void Occluders::addPatches(const Primitive& primitive, const std::vector<glm::vec3>& positions,
                            const glm::dvec3& middle) {
-    // For each vertex: the last patch with this vertex, and the vertex's corner index in that
-    // patch.
+    // For each vertex: the last patch that uses the vertex, and the index of the vertex among the
+    // corners of this patch.
     struct Place {
         std::size_t patch = std::numeric_limits<std::size_t>::max();
         std::uint8_t corner = 0;

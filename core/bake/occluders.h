@@ -17,7 +17,8 @@ namespace peeler {
 
 /// Consecutive triangles of a primitive, with the corners that they share.
 struct OccluderPatch {
-    /// The maximum number of corners, and of triangles, since indices are bytes.
+    /// The maximum number of corners and of triangles in a patch. Their indices are stored in
+    /// bytes.
     static constexpr std::uint32_t kMost = 256;
 
     glm::vec3 middle{0}, half{0};  ///< centre and half extent of the bounding box
@@ -39,8 +40,8 @@ struct OccluderPiece {
     bool cull_front = false, cull_back = false;
 };
 
-/// The occluding triangles of a scene. Corners are floats relative to the middle of their
-/// primitive, which preserves precision. Instances share the corners.
+/// The occluding triangles of a scene. To preserve precision, corners are floats relative to the
+/// middle of their primitive. Instances share the corners.
 class Occluders {
   public:
     /// Corner indices, counted from the patch's first corner.
@@ -99,14 +100,14 @@ struct PatchView {
     std::array<glm::vec4, 3> rows{};
 };
 
-/// A function that updates `nearest` for the receivers that a patch's triangles cover. It enlarges
-/// the triangles slightly, so that rounding opens no gaps.
+/// A function that updates CellReceivers::nearest for the receivers that a patch's triangles cover.
+/// The function enlarges the triangles slightly, so that rounding opens no gaps.
 using CoverPatch = void (*)(const Occluders& occluders, const OccluderPiece& piece,
                             const OccluderPatch& patch, const PatchView& view,
                             const CellReceivers& receivers);
 
-/// Returns the cover function for a piece: the fastest that this processor can run or, if
-/// `for_every_processor`, the portable one. All give identical results.
+/// Returns the fastest cover function for a piece that this processor can run or, if
+/// `for_every_processor`, the portable cover function. All cover functions give identical results.
 CoverPatch coverPatchFor(const OccluderPiece& piece, bool for_every_processor = false);
 
 }  // namespace peeler

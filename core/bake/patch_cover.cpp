@@ -13,22 +13,23 @@ namespace {
 
 // Triangles extend beyond their edges by this share of their size.
 constexpr float kBeyondEdges = 1e-6F;
-// Triangles that span more rows of cells than this are scan-converted. For smaller triangles, all
-// receivers in the bounding box are tested, since few of them lie outside the triangle.
+// The maximum number of rows of cells for the simple method, which tests all receivers in the
+// triangle's bounding box. Few of these receivers lie outside such a small triangle. Larger
+// triangles are scan-converted.
 constexpr int kPlainRows = 3;
-// The maximum slope of a triangle, depth over width. Steeper triangles are ignored. They are nearly
-// edge-on and hide almost nothing, but rounding of their depth could hide receivers on the triangle
-// itself.
+// The maximum slope of a triangle, depth over width. Steeper triangles are ignored: they are nearly
+// edge-on and hide almost nothing, but rounding errors in their depth could hide receivers that lie
+// on them.
 constexpr float kSteepest = 500;
-// The distance, in columns, by which edges are widened against rounding.
+// The distance, in columns, by which edges are moved outwards to allow for rounding.
 constexpr float kColumnSlack = 1e-3F;
 
 /// SIMD vectors (compiler extension), 16 and 32 bytes wide.
 using FourLanes = float __attribute__((vector_size(4 * sizeof(float))));
 using EightLanes = float __attribute__((vector_size(8 * sizeof(float))));
 
-/// A projected triangle: the position of its first corner and, for the second and the third, the
-/// gradient of the barycentric weight and the depth relative to the first corner.
+/// A projected triangle: the position of its first corner. For each of the other two corners: the
+/// gradient of its barycentric weight, and its depth relative to the first corner.
 struct FacingTriangle {
     float x = 0, y = 0, z = 0;
     float second_x = 0, second_y = 0, third_x = 0, third_y = 0;
@@ -37,7 +38,8 @@ struct FacingTriangle {
     std::uint32_t element = 0;
 };
 
-/// The SIMD test of the receivers first … end − 1, rounded up to whole blocks.
+/// A SIMD test of the receivers with the indices first … end − 1. Rounds the range up to whole
+/// blocks.
 template <class Lanes, bool kOneSided>
 struct LaneCover {
     static constexpr bool kNeedsSide = kOneSided;
@@ -115,8 +117,8 @@ struct Corner {
     float x = 0, y = 0;
 };
 
-/// Tests the receivers between the edges of the triangle with these corners, within columns x0 … x1
-/// and rows y0 … y1.
+/// Tests the receivers between the triangle's edges, in columns x0 … x1 and rows y0 … y1. a, b and
+/// c are the triangle's corners.
 template <class Cover>
 PEELER_INLINE void coverRows(const Cover& cover, const FacingTriangle& triangle, Corner a, Corner b,
                              Corner c, int x0, int x1, int y0, int y1, const CellReceivers& r) {
@@ -156,7 +158,7 @@ PEELER_INLINE void coverRows(const Cover& cover, const FacingTriangle& triangle,
     }
 }
 
-/// The projected triangles of a patch, and the cells that each may cover.
+/// The projected triangles of a patch. For each triangle: the cells that it may cover.
 struct PlacedTriangles {
     static constexpr std::size_t kMost = OccluderPatch::kMost;
     using Values = std::array<float, kMost>;
@@ -176,7 +178,8 @@ PEELER_INLINE float most(float a, float b, float c) {
     return ab > c ? ab : c;
 }
 
-/// Sets the range of cells between two coordinates; it is empty if it lies outside the grid.
+/// Sets first … last to the range of cells between two coordinates. The range is empty if it lies
+/// outside the grid.
 PEELER_INLINE void cellsBetween(float from, float to, float cells, int& first, int& last) {
     const float begin = from > 0 ? from : 0;
     first = static_cast<int>(begin < cells ? begin : cells);
@@ -248,9 +251,9 @@ PEELER_INLINE void coverPatch(const Occluders& occluders, const OccluderPiece& p
         t.second_z = p.b[2][i] - t.z;
         t.third_z = p.c[2][i] - t.z;
         if constexpr (Cover::kNeedsSide) {
-            // Receivers that look along Z see a counter-clockwise triangle from its front, or from
-            // its back if a reflection mirrors it. Receivers that look against Z see the other
-            // face.
+            // A receiver that looks along Z sees the front of a counter-clockwise triangle, or the
+            // back if a reflection mirrors the triangle. A receiver that looks against Z sees the
+            // other face.
             const bool front = (inverse > 0) != piece.mirrored;
             t.side = front == piece.cull_back ? 1.0F : -1.0F;
             t.element = patch.first_element + i;

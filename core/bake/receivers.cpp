@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Receivers at vertices and at texels, and atlas pixels from the receivers' values.
+// Receivers at vertices and at texels, and conversion of the receivers' values to atlas pixels.
 #include "core/bake/receivers.h"
 
 #include <algorithm>
@@ -95,7 +95,7 @@ SurfaceLookup VertexReceivers::lookup() const {
 
 namespace {
 
-// The maximum number of texels of all textures together. Their indices take 4 GiB.
+// The maximum total number of texels in all textures. The indices of this many texels take 4 GiB.
 constexpr std::size_t kMostTexels = std::size_t{1} << 30;
 
 /// The visible triangles of one material, in draw order.

@@ -13,7 +13,7 @@
 
 namespace peeler {
 
-/// The maximum number of receivers. Their positions and normals take 18 GiB.
+/// The maximum number of receivers. The positions and normals of this many receivers take 18 GiB.
 inline constexpr std::size_t kMostReceivers = std::size_t{1} << 29;
 
 /// The receivers of one instance of a primitive: first … first + count − 1, in the order of the
@@ -37,8 +37,8 @@ class VertexReceivers {
     explicit VertexReceivers(const PosedScene& posed, const MemoryBudget& budget = {});
 
     const Receivers& receivers() const { return receivers_; }
-    /// Ordered by instance, then by primitive. Every primitive has a range, which is empty unless
-    /// its topology is triangles.
+    /// The ranges are ordered by instance, then by primitive. Every primitive has a range. The
+    /// range is empty if the primitive's topology is not triangles.
     const std::vector<VertexRange>& ranges() const { return ranges_; }
     const VertexRange& range(std::size_t instance, std::size_t primitive) const {
         return ranges_[first_range_[instance] + primitive];
@@ -74,7 +74,7 @@ struct TexelAtlas {
     /// The receivers of texel i are first[i] … first[i + 1] − 1.
     std::vector<std::uint32_t> first;
     std::uint64_t covered = 0;  ///< number of texels whose centre is in a triangle
-    /// texels whose centre lies in several triangles (mirrored or tiled UVs)
+    /// number of texels whose centre lies in several triangles (mirrored or tiled UVs)
     std::uint64_t shared = 0;
 };
 

@@ -19,16 +19,16 @@ double cross(const glm::dvec2& a, const glm::dvec2& b) {
     return a.x * b.y - a.y * b.x;
 }
 
-/// Returns twice the signed area of (a, b, p), positive if p is left of a → b. The area is always
-/// computed from the same end of the edge, so that two triangles that traverse the edge in opposite
-/// directions get exactly opposite values.
+/// Returns twice the signed area of (a, b, p), positive if p is left of a → b. Always starts from
+/// the same end of the edge. So two triangles that traverse a shared edge in opposite directions
+/// get exactly opposite values.
 double edge(const glm::dvec2& a, const glm::dvec2& b, const glm::dvec2& p) {
     if (a.x < b.x || (a.x == b.x && a.y < b.y)) return cross(b - a, p - a);
     return -cross(a - b, p - b);
 }
 
-/// Whether a texel centre on the edge a → b belongs to the triangle. Exactly one of a → b and b → a
-/// owns the centre.
+/// Whether a triangle owns the texel centres on its edge a → b. The triangle on the other side has
+/// the edge as b → a. Exactly one of the two owns the centres.
 bool ownsEdge(const glm::dvec2& a, const glm::dvec2& b) {
     return b.y < a.y || (b.y == a.y && b.x > a.x);
 }
@@ -146,8 +146,8 @@ TexelRow TexelCoverage::row(int y) const {
     const auto width = static_cast<std::size_t>(size_);
     std::vector<std::uint32_t> covering(width, 0);  // number of triangles that cover each texel
     std::vector<TexelSample> kept(width * kMostSamples);
-    // By texel: squared distance of the nearest triangle that touches the texel's circumscribed
-    // circle.
+    // For each texel: the squared distance of the nearest triangle that touches the texel's
+    // circumscribed circle.
     std::vector<double> nearest(width, kReach * kReach);
     const auto sample = [](std::uint32_t triangle, const glm::dvec3& weights) {
         return TexelSample{triangle, glm::vec2(weights.y, weights.z)};

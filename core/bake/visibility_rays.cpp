@@ -10,8 +10,9 @@
 namespace peeler {
 namespace {
 
-// Tuned on vertices of models and on texels. Fewer rows mean fewer ranges to look up; more rows
-// mean fewer tests of receivers outside the triangle.
+// The density of the grid, tuned on receivers at vertices and at texels. Fewer rows mean fewer
+// ranges of receivers to look up for each triangle. More rows mean fewer tests of receivers outside
+// the triangle.
 constexpr double kReceiversASquare = 10;  // the side of a square is the height of a row
 constexpr double kColumnsASquare = 16;
 // Minimum side of a square, as a fraction of the scene's diagonal.
@@ -104,8 +105,8 @@ void VisibilityRays::sort(float max_distance) {
     }
     const auto width = static_cast<std::size_t>(grid_.width);
     const std::size_t cells = width * static_cast<std::size_t>(grid_.height);
-    // During the fill, first_[cell + 1] is the cell's next free index; after the fill, it is the
-    // index where the next cell begins.
+    // During the fill, first_[cell + 1] is the next free index of the cell. After the fill, it is
+    // the index at which the next cell begins.
     first_.assign(cells + 2, 0);
     for (std::size_t i = 0; i < count_; ++i) {
         const auto column = static_cast<std::uint32_t>(cellOf(place_[0][i], grid_.width));
@@ -123,7 +124,7 @@ void VisibilityRays::sort(float max_distance) {
         side_[to] = cosine_[i] < 0 ? -1.0F : 1.0F;
         nearest_[to] = max_distance;
     }
-    // Padding receivers see nothing, since no hit is nearer than 0.
+    // Padding receivers see nothing: their distance is 0, so no hit is nearer.
     std::fill(nearest_.begin() + static_cast<std::ptrdiff_t>(count_), nearest_.end(), 0.0F);
 }
 

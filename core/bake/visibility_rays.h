@@ -37,19 +37,20 @@ class VisibilityRays {
     void look(const glm::dvec3& direction, bool inside, float max_distance);
 
     /// Returns, for each receiver, the cosine of the angle between the direction and the receiver's
-    /// normal, or the opposite normal if look() had `inside`. If the cosine is negative, the
-    /// receiver looks along the opposite direction; if it is 0, along neither.
+    /// normal. If look() had `inside`, the angle is measured from the opposite of the normal. If
+    /// the cosine is negative, the receiver looks along the opposite direction. If it is 0, the
+    /// receiver looks along neither.
     std::span<const float> cosines() const { return {cosine_.data(), count_}; }
     /// Returns, for each receiver, the distance to the first surface, in scene units; infinite if
     /// the receiver sees no surface.
     std::span<const float> distances() const { return {distance_.data(), count_}; }
 
-    /// Returns the maximum bytes of an object with this many receivers.
+    /// Returns the maximum number of bytes that an object for this many receivers takes.
     static std::uint64_t bytes(std::size_t receivers);
 
   private:
-    /// A grid of cells, in rows. Narrow columns cost nothing: the receivers that a triangle may
-    /// cover in a row are one range, however many columns it spans.
+    /// A grid of cells, in rows. Narrow columns cost nothing: in each row, the receivers that a
+    /// triangle may cover are one contiguous range, regardless of the number of columns in it.
     struct Grid {
         glm::dvec2 first{0}, cells_a_unit{1};
         int width = 1, height = 1;
@@ -64,9 +65,9 @@ class VisibilityRays {
     // One value per receiver.
     std::array<std::vector<float>, 3> position_, normal_, place_;
     std::vector<float> cosine_, distance_;
-    // The cell of each receiver; after sort(), the receiver's index in the sorted arrays.
+    // For each receiver: its cell; after sort(), its index in the sorted arrays.
     std::vector<std::uint32_t> cell_;
-    // Per receiver, sorted by cell: x and y in cells, z in scene units.
+    // Positions of the receivers, sorted by cell: x and y in cells, z in scene units.
     std::array<std::vector<float>, 3> sorted_;
     std::vector<float> side_, nearest_;
     Grid grid_;

@@ -11,7 +11,7 @@ namespace peeler::inline v0 {
 
 namespace {
 
-/// Returns the text; if it has more than 8,000 bytes, its beginning and "…".
+/// Returns the text. If it has more than 8,000 bytes, returns its beginning and "…".
 Text cut(Text text) {
     constexpr std::size_t kMost = 8000;
     if (text.str().size() <= kMost) return text;

@@ -25,8 +25,8 @@ struct MemoryUse {
     }
 };
 
-/// Throws Error (kMemory) if `needed` bytes exceed the budget; `needed` includes usedBytes(). The
-/// message adds `purpose` after "are needed", and `or_else` after the hint.
+/// Throws Error (kMemory) if `needed` bytes exceed the budget. `needed` must include usedBytes().
+/// The message has `purpose` after "are needed", and its hint ends with `or_else`.
 void checkMemory(const MemoryBudget& budget, std::uint64_t needed, const std::string& purpose,
                  const Text& or_else = {});
 

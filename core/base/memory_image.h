@@ -10,8 +10,8 @@
 
 namespace peeler {
 
-/// Writes the memory image of `data`. Writes to a temporary name first, since the build would take
-/// an unfinished file for an up-to-date one. Throws std::ios::failure or
+/// Writes the memory image of `data`. Writes to a temporary name first, because the build would
+/// consider an unfinished file up to date. Throws std::ios::failure or
 /// std::filesystem::filesystem_error if the file cannot be written.
 template <class Data>
 void writeMemoryImage(const Data& data, const std::string& path) {

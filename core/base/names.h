@@ -14,7 +14,7 @@
 namespace peeler {
 
 /// Returns the name nearest to `text` by edit distance (Damerau & Levenshtein: swapping neighbours
-/// is one edit), ignoring case; an empty string if no name is near enough.
+/// is one edit). Ignores case. Returns an empty string if no name is near enough.
 std::string_view nearestName(std::string_view text, std::span<const std::string_view> names);
 
 /// Returns the plural of an English noun: "mesh" becomes "meshes", "quantity" becomes "quantities",
@@ -32,8 +32,8 @@ std::string choiceHint(std::string_view text, const std::string& plural,
 std::optional<std::size_t> findNameOrIndex(std::string_view text,
                                            const std::vector<std::vector<std::string>>& names);
 
-/// Like findNameOrIndex(), but throws Error (kUsage) with the list of names if no item matches. For
-/// the message: `kind` is the kind of item ("camera"), `field` the setting that selects it.
+/// Like findNameOrIndex(), but throws Error (kUsage) with the list of names if no item matches. The
+/// message contains the kind of item, `kind` ("camera"), and the setting that selects it, `field`.
 std::size_t chooseFrom(const std::string& kind, const Text& field, const std::string& text,
                        const std::vector<std::vector<std::string>>& names);
 

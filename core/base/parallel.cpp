@@ -41,7 +41,8 @@ class SignalsBlocked {
     sigset_t before_;
 };
 
-/// Returns a number that grows by one with each thread of the process; 0 if there is no /proc.
+/// Returns a number that grows by one with each thread that the process starts; 0 if there is no
+/// /proc.
 nlink_t taskLinks() {
     struct stat status {};
     return ::stat("/proc/self/task", &status) == 0 ? status.st_nlink : 0;
@@ -74,7 +75,8 @@ int startableThreads(int wanted) {
     }
     for (std::thread& thread : started)
         thread.join();
-    // The kernel may remove joined threads late, and counts them until then.
+    // The kernel counts a joined thread until it removes the thread, which may be some time after
+    // the join.
     for (int i = 0; i < 100 && taskLinks() > before; ++i)
         std::this_thread::sleep_for(std::chrono::microseconds(100));
     return static_cast<int>(started.size());
@@ -95,7 +97,7 @@ struct Loop {
     bool hasItems() const { return next < items; }
 };
 
-/// Threads that help the callers of loops, shared evenly among concurrent loops.
+/// A pool of threads that help the callers of loops. Concurrent loops share the threads evenly.
 class Pool {
   public:
     explicit Pool(int threads) {
@@ -154,8 +156,8 @@ class Pool {
         }
     }
 
-    /// Returns the loop with the fewest workers among those with items left; null if no items are
-    /// left.
+    /// Returns the loop with the fewest workers among the loops that have items left; null if no
+    /// loop has items left.
     Loop* neediest() const {
         Loop* found = nullptr;
         for (Loop* loop : loops_) {
@@ -164,7 +166,8 @@ class Pool {
         return found;
     }
 
-    /// Takes items until none are left, or until a newly started loop needs threads.
+    /// Runs items of the loop until no items are left, or until another loop starts and may need
+    /// this thread.
     void takeItems(Loop& loop) {
         const std::uint64_t changes = changes_;
         inside_loop = true;
@@ -201,8 +204,8 @@ void forgetPool() {
     pool_threads = 0;
 }
 
-/// Returns a pool of `threads` threads, including the caller's. Replaces a pool of another size,
-/// which is destroyed at the end of its loops.
+/// Returns a pool of `threads` threads, including the caller's. Replaces a pool of another size;
+/// the old pool is destroyed when its last loop ends.
 std::shared_ptr<Pool> poolOf(int threads) {
     static const int watches_forks = pthread_atfork(nullptr, nullptr, forgetPool);
     static_cast<void>(watches_forks);

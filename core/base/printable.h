@@ -10,8 +10,8 @@
 
 namespace peeler {
 
-/// The maximum number of bytes shown of a name, and of a path or a line of a message. Error also
-/// truncates its texts at kMostOfLine.
+/// The maximum number of bytes to show of a name, and of a path or a line of a message. Error also
+/// truncates its texts to kMostOfLine bytes.
 inline constexpr std::size_t kMostOfName = 200, kMostOfLine = 8000;
 
 /// Returns the length in bytes of the UTF-8 character at the start of `text` (Unicode 15, table

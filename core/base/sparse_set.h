@@ -38,7 +38,8 @@ class SparseSet {
     std::vector<Entry> take() { return std::exchange(entries_, {}); }
 
   private:
-    // By number: the index of the number's entry. Valid if the entry at this index has the number.
+    // For each number: the index of its entry. The index is valid only if the entry at this index
+    // has the same number.
     std::vector<std::uint32_t> places_;
     std::vector<Entry> entries_;
 };

@@ -8,7 +8,7 @@
 
 namespace peeler {
 
-/// A scoped timer: adds its lifetime to the time of one stage.
+/// A scoped timer: adds the time between its construction and destruction to the time of a stage.
 class StageTimer {
   public:
     StageTimer(StageTimes& times, const char* stage) : milliseconds_(times[stage]) {}

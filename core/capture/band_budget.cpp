@@ -37,7 +37,8 @@ BandBudget::BandBudget(const GlPlan& plan, const PlanMethods& methods, const Ban
     costs_.use.fixed = capture.tileBytes();
     if (plan.opaque_first) costs_.use.fixed += capture.opaqueBytes();
     if (methods.composite) {
-        // A composite method's costs count one fragment per pixel, like rowFragments().
+        // A composite method has costs per pixel. They are added per fragment, because
+        // rowFragments() counts one fragment per pixel for such a method.
         costs_.use.fixed += methods.composite->tileBytes(tile, settings);
         costs_.use.fragment = capture.pixelBytes() + 15 * sizeof(float) + 3 * opacity;
         costs_.largest_array_bytes = storedComponents(settings.tinted) * sizeof(float);
@@ -49,14 +50,14 @@ BandBudget::BandBudget(const GlPlan& plan, const PlanMethods& methods, const Ban
             costs_.use.fragment += capture.copiedFragmentBytes();
             costs_.use.pixel += capture.copiedPixelBytes();
         }
-        // Per fragment: the key and the index in the captured lists.
+        // The key and the index in the captured lists, for each fragment.
         if (channels > 0 || settings.hit_mode != HitMode::kNone)
             costs_.use.fragment += 2 * sizeof(std::uint32_t);
         costs_.largest_array_bytes = std::max<std::uint64_t>(
             BandBuffers::fragmentWords(settings.storedColorBytes()) * sizeof(std::uint32_t),
             shadedComponents(settings.channels) * sizeof(float));
-        // All samples stay in memory until they are merged, with their primitives and the sort
-        // buffers.
+        // All samples stay in memory until they are merged. They need their primitives and the sort
+        // buffers, too.
         if (plan.mergesLayers()) {
             costs_.use.fragment += color + channels + 22 * sizeof(float);
             costs_.use.pixel += (plan.positions.size() + 1) * sizeof(std::uint32_t);
@@ -68,8 +69,8 @@ BandBudget::BandBudget(const GlPlan& plan, const PlanMethods& methods, const Ban
     costs_.storage_block_bytes = storage_block_bytes;
 }
 
-/// Returns the number of fragments, rounded up, that need as much memory and buffer space as a
-/// row's clip-mesh surfaces.
+/// Returns the number of fragments, rounded up, that need as much memory and buffer space as the
+/// clip-mesh surfaces of a row.
 std::uint64_t BandBudget::clipFragments(int y) const {
     if (plan_.clip_rows.empty()) return 0;
     const auto row = static_cast<std::size_t>(y - plan_.view.crop.y0);

@@ -21,13 +21,13 @@ struct PlanMethods {
     std::unique_ptr<CompositeMethod> composite{};  ///< if set, used instead of `layers`
 };
 
-/// Returns the memory that a sink needs for a plan's bands, besides the band itself.
+/// Returns the memory that a sink needs for a plan's bands, in addition to the band itself.
 MemoryUse sinkUse(const GlPlan& details, const Plan& plan, const Sink& sink);
 
 /// The costs of a plan's bands. The plan must outlive this object.
 class BandBudget {
   public:
-    /// `overlaps`: whether a band is captured while the previous one is sorted and passed on.
+    /// `overlaps`: whether the GPU captures a band while the previous one is sorted and passed on.
     BandBudget(const GlPlan& plan, const PlanMethods& methods, const BandCapture& capture,
                bool overlaps, std::uint64_t storage_block_bytes);
 

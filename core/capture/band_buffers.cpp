@@ -7,8 +7,8 @@
 
 namespace peeler {
 void BandBuffers::bindClip() {
-    // Clip half-spaces need no lists, but the same programs also support clip meshes and need all
-    // bindings.
+    // Clip half-spaces need no lists, but their shader programs also support clip meshes, so all
+    // bindings must have buffers.
     reserve(clip_first_, sizeof(std::uint32_t));
     reserve(clip_depths_, sizeof(float));
     clip_first_.bindStorage(PEELER_CLIP_FIRST);
@@ -54,8 +54,8 @@ void BandBuffers::clearForComposite(std::span<const std::uint32_t> counts, bool 
 
 namespace {
 
-/// Returns the index at which a row of `area` (counted from below) begins in an array with one
-/// value per pixel of `band`.
+/// Returns the index at which a row of `area` begins in an array with one value per pixel of
+/// `band`. Rows of `area` are counted from below.
 std::size_t rowInBand(const Window& area, const Window& band, int row) {
     const auto y = static_cast<std::size_t>(area.y1 - 1 - row - band.y0);
     return y * static_cast<std::size_t>(band.width()) + static_cast<std::size_t>(area.x0 - band.x0);
@@ -135,7 +135,8 @@ void OpaqueTarget::clear(const gl::Functions& gl, gl::PassState state) const {
     const float far = 0;
     const GLuint none[4] = {};
     gl.ClearNamedFramebufferfv(framebuffer(), GL_DEPTH, 0, &far);
-    // Attachment 1 (float colours) needs no clear: it is read only where the depth is not 0.
+    // Attachment 1 (float colours) need not be cleared, because it is read only where the depth is
+    // not 0.
     gl.ClearNamedFramebufferuiv(framebuffer(), GL_COLOR, 0, none);
 }
 

@@ -43,7 +43,7 @@ class BandBuffers {
         channels_.clearToZero(floats * sizeof(float));
     }
     /// Reserves room for the boundary of a clip mesh. `first` holds the index of each pixel's first
-    /// surface, then the end.
+    /// surface and, as its last element, the total number of surfaces.
     void reserveClip(std::span<const std::uint32_t> first);
     /// Reserves room for a composite. Sets the counts and clears everything else to 0. `tinted`:
     /// whether opacity is coloured.
@@ -80,10 +80,10 @@ class BandBuffers {
     gl::Buffer clip_first_, clip_depths_;
 };
 
-/// A render target of list heads. If a driver's fragment shaders can read the pixel that they
-/// overwrite (GL_EXT_shader_framebuffer_fetch), list heads need no atomic counters in a storage
-/// buffer. On llvmpipe, atomics are the most expensive instructions. Values are transferred row by
-/// row, y down, like all arrays of a band.
+/// A render target of list heads, for drivers whose fragment shaders can read the pixel that they
+/// overwrite (GL_EXT_shader_framebuffer_fetch). List heads then need no atomic counters in a
+/// storage buffer. On llvmpipe, atomics are the most expensive instructions. Values are transferred
+/// row by row, y down, like all arrays of a band.
 class ListHeadTarget {
   public:
     static bool supported(const gl::Context& context);
@@ -94,12 +94,13 @@ class ListHeadTarget {
 
     void free();
 
-    /// Sets the list heads of `area` from `values`, which has one per pixel of the surrounding
-    /// `band`, or to 0 if `values` is empty. Allocates the tile's texture first if necessary.
+    /// Sets the list heads of `area` from `values`, or to 0 if `values` is empty. `values` has one
+    /// entry per pixel of `band`, which contains `area`. Allocates the tile's texture first if
+    /// necessary.
     void write(const gl::Functions& gl, const Window& tile, const Window& area, const Window& band,
                std::span<const std::uint32_t> values);
-    /// Reads the list heads of `area` into `values`, which has one per pixel of the surrounding
-    /// `band`. Waits for the GPU.
+    /// Reads the list heads of `area` into `values`, which has one entry per pixel of `band`. Waits
+    /// for the GPU.
     void read(const gl::Functions& gl, const Window& tile, const Window& area, const Window& band,
               std::span<std::uint32_t> values);
 
@@ -115,8 +116,8 @@ class ListHeadTarget {
     std::vector<std::uint32_t> rows_;  ///< list heads of an area, rows from bottom to top
 };
 
-/// The nearest opaque fragment of every pixel of a raster tile. Its render targets have a depth
-/// buffer, so that hidden fragments are not shaded (shaders/opaque.frag).
+/// A render target that captures the nearest opaque fragment of every pixel of a raster tile. It
+/// has a depth buffer, so that hidden fragments are not shaded (shaders/opaque.frag).
 class OpaqueTarget {
   public:
     /// Returns the number of 32-bit words per pixel in read(): depth (0 = no fragment), key,

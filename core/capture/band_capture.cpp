@@ -145,8 +145,8 @@ void BandCapture::count(const Window& band, std::vector<std::uint32_t>& counts) 
     gl::checkErrors(gl(), "counting fragments");
 }
 
-/// Throws Error (kInternal) unless the capture advanced every pixel's list head exactly from
-/// `first` to `end`.
+/// Throws Error (kInternal) unless the capture advanced every pixel's list head from `first` to
+/// exactly `end`.
 void BandCapture::checkListHeads(const std::uint32_t* list_heads, const Window& band,
                                  std::span<const std::uint32_t> first,
                                  std::span<const std::uint32_t> end) const {
@@ -224,8 +224,8 @@ void BandCapture::readComposite(const BandRequest& request, CompositeImage& out)
     const auto* depth = depths.as<const float>();
     const auto* color = colors.as<const std::array<float, 4>>();
     out.window = request.band;
-    // Methods do not write areas without fragments. There the buffers may hold values of an earlier
-    // band, so these defaults are needed.
+    // Capture methods do not write to areas without fragments, where the buffers may hold values of
+    // an earlier band. These areas get default values.
     out.rgba.assign(pixels, {});
     out.opacity.assign(pass_context_.settings.tinted ? pixels : 0, {});
     out.z.assign(pixels, std::numeric_limits<float>::infinity());

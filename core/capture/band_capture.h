@@ -31,7 +31,8 @@ struct BandRequest {
     Window band;
     std::span<const std::uint32_t> counts;  ///< number of fragments in each pixel, from count()
     std::uint32_t layers = 0;               ///< number of nearest layers to keep; 0 = all
-    /// Whether layers() outputs draw-order keys as the first extra array. For hits, it always does.
+    /// Whether layers() outputs draw-order keys as the first extra array. It always does so for
+    /// hits.
     bool keys = false;
     /// Whether to capture only the transparent fragments in front of the OpaqueTarget's fragments.
     bool in_front = false;
@@ -58,14 +59,14 @@ using TakeVisible = std::function<void(const CompositeImage&, std::span<const st
 /// "count", "capture", "sort" and others.
 class BandCapture {
   public:
-    /// Throws like GpuScene. The pass context and the times must outlive this object.
+    /// Throws like GpuScene. The pass context and the stage times must outlive this object.
     BandCapture(gl::Context& context, const PosedScene& posed, const PassContext& pass_context,
                 StageTimes& times);
 
     /// Sets another pose of the same scene, used from the next begin() on.
     void setPose(const PosedScene& posed);
-    /// Sets the frame that motion is measured against. The frame must outlive its use. Null:
-    /// nothing moves.
+    /// Sets the frame that motion is measured against; null if nothing moves. The frame must exist
+    /// as long as it is set.
     void setNextFrame(const NextFrame* next) { next_frame_ = next; }
 
     /// Applies the current state of the pass context.
@@ -81,7 +82,7 @@ class BandCapture {
 
     /// Captures a band's fragments and sorts them into `out`, with the channels of the settings as
     /// extra arrays. Returns the number of geometry passes. Throws Error (kInternal) if the number
-    /// of any pixel's fragments differs from its count.
+    /// of captured fragments of any pixel differs from its count.
     int layers(LayerMethod& method, const BandRequest& request, LayeredImage& out);
 
     /// Whether the GPU can capture a band while the CPU sorts another. False for software renderers
@@ -114,15 +115,15 @@ class BandCapture {
     /// Composites a band on the fly. Returns and throws like layers().
     int composite(CompositeMethod& method, const BandRequest& request, CompositeImage& out);
 
-    /// Returns the largest change of Z by hit refinement since the last begin().
+    /// Returns the largest change of Z that hit refinement has made since the last begin().
     double largestCorrection() const { return largest_correction_; }
     /// Returns the surface of the primitive with this key (DrawList::surfaceOf).
     std::uint32_t surfaceOf(std::uint32_t key) const {
         return gpu_scene_.posed().drawList().surfaceOf(key);
     }
 
-    /// Return the bytes of a band per fragment of layers(), or per pixel of composite(), without
-    /// the sinks and the copy passed to them.
+    /// Return the bytes that a band takes: per fragment for layers(), per pixel for composite().
+    /// The memory of the sinks, and of the image that is passed to them, is not included.
     std::uint64_t fragmentBytes() const;
     std::uint64_t pixelBytes() const;
     /// Return the bytes, per fragment and per pixel, of the copies of two bands in flight; 0 if
@@ -151,8 +152,8 @@ class BandCapture {
     }
 
     /// Waits for the GPU. Adds the GPU time since the previous call to the stages "gpuCount" and
-    /// "gpuCapture". Adds nothing for software renderers, whose "count" and "capture" include this
-    /// time.
+    /// "gpuCapture". Adds nothing for software renderers: the stages "count" and "capture" include
+    /// their time.
     void takeGpuTimes() { gpu_timer_.takeInto(times_); }
 
     /// Frees everything except the scene.
@@ -165,8 +166,8 @@ class BandCapture {
     void prepareClip(const Window& band);
     /// Draws a pass without attachments, for shaders that write to list heads and storage buffers.
     void drawIntoLists(const GeometryPass& pass, const Window& band);
-    /// Counts the fragments of a pass per pixel, using the list heads as counters. Overwrites
-    /// `counts`.
+    /// Draws a pass that counts the fragments of every pixel, with the list heads as counters.
+    /// Overwrites `counts`.
     void countInLists(const GeometryPass& pass, const Window& band,
                       std::vector<std::uint32_t>& counts);
     /// Returns the maximum of value(p) over the pixels of `area`, where p is a pixel's index in
@@ -197,8 +198,8 @@ class BandCapture {
     void checkListHeads(const std::uint32_t* list_heads, const Window& band,
                         std::span<const std::uint32_t> first,
                         std::span<const std::uint32_t> end) const;
-    /// Draws a band's fragments into lists: at least the nearest `layers` (0 = all) of every pixel.
-    /// Waits for the GPU only if necessary.
+    /// Draws a band's fragments into lists. Each pixel's list holds at least its nearest `layers`
+    /// fragments (0 = all). Waits for the GPU only if necessary.
     void drawLists(LayerMethod& method, const BandRequest& request, std::uint32_t layers,
                    BandLists& lists);
     /// Draws into `lists_`, waits for the GPU and checks the list heads. Returns the number of
@@ -211,7 +212,8 @@ class BandCapture {
     /// Counts, for every pixel of `area`, the transparent fragments in front of the opaque
     /// fragment. Overwrites `counts`.
     void countInFront(const Window& tile, const Window& area, std::vector<std::uint32_t>& counts);
-    /// Composites rows of `tile`. `captured` holds the fragments in front of the opaque ones.
+    /// Composites some rows of a tile and passes them to `take`. `captured` holds the fragments in
+    /// front of the opaque ones.
     void takeVisible(const Window& tile, const Window& rows, const CapturedFragments& captured,
                      const TakeVisible& take);
     bool needsKeys(bool asked) const;
@@ -221,8 +223,8 @@ class BandCapture {
     std::size_t shadedBytes(const BandLists& lists) const;
     gl::Buffer::Mapping readFragments(const BandLists& lists) const;
     CapturedFragments capturedIn(const BandLists& lists, const std::uint32_t* stored) const;
-    /// Sorts lists into `out`, with the channels computed from the keys and, if channels.frag has
-    /// run, its output channels.
+    /// Sorts lists into `out`. Adds the channels that are computed from the keys and, if
+    /// channels.frag has run, its output channels.
     void sortLists(const BandLists& lists, const std::uint32_t* stored, const float* values,
                    LayeredImage& out);
     void setListHeads(std::span<const std::uint32_t> list_heads);

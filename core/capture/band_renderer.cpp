@@ -13,12 +13,12 @@
 namespace peeler {
 namespace {
 
-// The number of rows of a composite that are passed on at once: few, so that their memory is soon
-// reused.
+// The number of rows of a composite that are passed on at once. It is small, so that the memory of
+// the rows is soon reused.
 constexpr int kRowsHandedOver = 128;
 
-/// Uploads the lights and adds the time to "upload", because prefiltering an environment map is
-/// slow.
+/// Creates the lighting of the scene. Counts the time in the stage "upload", because prefiltering
+/// an environment map is slow.
 Lighting timedLighting(gl::Context& context, const PosedScene& posed, StageTimes& times) {
     const StageTimer timer(times, "upload");
     return {context.functions(), posed};
@@ -27,7 +27,8 @@ Lighting timedLighting(gl::Context& context, const PosedScene& posed, StageTimes
 PlanMethods methodsOf(const GlPlan& plan) {
     PlanMethods methods;
     if (plan.method->exact()) methods.layers = plan.method->layers();
-    // With coloured opacity, layers are composited on the CPU: GL blending has only one alpha.
+    // Layers with coloured opacity are composited on the CPU, because GL blending has only one
+    // alpha.
     const bool on_the_fly = plan.settings.composite && plan.method->composite &&
                             !(plan.settings.tinted && plan.method->exact());
     if (on_the_fly) methods.composite = plan.method->composite();
@@ -157,7 +158,7 @@ void BandRenderer::renderOverlapping(std::span<const Window> bands, const TakeBa
     }
 }
 
-/// Renders only the window that can contain fragments, since pictures are often empty around it.
+/// Renders only the window that can contain fragments, since pictures often have empty margins.
 void BandRenderer::renderVisible(const Window& band, const BandLimits& limits, const TakeBand& take,
                                  const TakeCounts& visible) {
     const bool tinted = plan_->settings.tinted;
@@ -180,8 +181,8 @@ void BandRenderer::renderVisible(const Window& band, const BandLimits& limits, c
     const Window seen = intersect(band, plan_->drawn);
     if (seen.empty()) return handOverEmpty(band.y0, band.y1);
     handOverEmpty(band.y0, seen.y0);
-    // If there are several samples to average, or several raster tiles to join, rows are passed on
-    // only when complete.
+    // Averaging several samples, or joining several raster tiles, completes rows only at the end of
+    // the band. Otherwise, rows can be passed on earlier.
     const std::size_t samples = plan_->positions.size();
     const bool whole = samples > 1 || capture_.tilesAcross(seen) > 1;
     if (whole) beginMean(seen, composite_, tinted);

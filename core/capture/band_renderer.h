@@ -37,8 +37,8 @@ class BandRenderer {
     BandCapture& capture() { return capture_; }
     Lighting& lighting() { return lighting_; }
 
-    /// Selects the plan whose bands are rendered from now on. The plan must have its view,
-    /// settings, method and positions set, and must outlive its use.
+    /// Selects the plan whose bands will be rendered. The plan must have its view, settings, method
+    /// and positions set, and must exist as long as it is selected.
     void begin(const GlPlan& plan);
     /// Moves the view to sample position `i` for all later captures.
     void showSample(std::size_t i);
@@ -48,18 +48,18 @@ class BandRenderer {
     /// Returns the plan's methods. If the plan is for a composite and has no CompositeMethod,
     /// captured layers are composited on the CPU.
     const PlanMethods& methods() const { return methods_; }
-    /// Whether a band is captured while the previous one is sorted and passed on. True only for
-    /// layers that need no further processing.
+    /// Whether the GPU captures a band while the CPU sorts the previous band and passes it on. True
+    /// only for layers that need no further processing.
     bool overlapsBands() const;
     /// Returns the costs of the plan's bands.
     BandBudget budget() const;
-    /// Frees the buffers of earlier bands, of this plan or another. Otherwise a budget would count
-    /// them twice: as resident memory and as memory of the next bands. Keeps them for reuse if the
-    /// budget has room for both.
+    /// Frees the buffers of earlier bands, even of other plans. Otherwise a budget would count
+    /// these buffers twice: as resident memory, and as memory that the next bands need. Keeps the
+    /// buffers for reuse if the budget has room for both.
     void freeBands();
 
-    /// Renders a band. Throws Error (kInternal) if the number of a pixel's fragments differs from
-    /// its count.
+    /// Renders a band. Throws Error (kInternal) if the number of captured fragments of a pixel
+    /// differs from its count.
     void render(const Window& band, const BandLimits& limits, const TakeBand& take,
                 const TakeCounts& visible);
     /// Renders all bands. The GPU captures a band while the CPU sorts and passes on the previous

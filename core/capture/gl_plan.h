@@ -17,8 +17,8 @@
 
 namespace peeler {
 
-// The maximum size of planning results that are kept for the capture: 1/kKeptShare of the budget
-// or, without a budget, kKeptBytes. Larger results are computed again.
+// The maximum size of planning results to keep for the capture is 1/kKeptShare of the budget or,
+// without a budget, kKeptBytes. Larger results are not kept but computed again.
 inline constexpr std::uint64_t kKeptShare = 6;
 inline constexpr std::uint64_t kKeptBytes = 256ULL << 20;
 

@@ -14,9 +14,9 @@
 namespace peeler {
 namespace {
 
-// Planning's approximate share of a picture's time. Counting is one fast pass; one or two capture
-// passes and the writing follow. Merging samples already captures all of them once. If planning
-// composites, little work remains.
+// The approximate fraction of a picture's rendering time that planning takes. If planning only
+// counts, it is one fast pass; one or two capture passes and the writing follow. If planning merges
+// samples, it already captures all samples once. If planning composites, little work remains.
 constexpr double kCountShare = 0.2, kMergeShare = 0.6, kCompositeShare = 0.8;
 
 std::uint64_t imageBytes(const LayeredImage& image) {
@@ -84,14 +84,16 @@ void GlPlanner::count() {
     limitLayers();
 }
 
-/// Reports progress within a stage that covers `from` to `to` (0–1) of planning.
+/// Reports progress within a stage of planning. The stage extends from `from` to `to`, as fractions
+/// of planning (0–1).
 void GlPlanner::report(double from, double to, double share) const {
     if (progress_) progress_(plan_.share * (from + (to - from) * share));
 }
 
-/// Skips the fragments behind opaque surfaces if the composite is exact and has all layers: opaque
-/// fragments have alpha 1, so hidden fragments cannot change the composite. Other composites need
-/// the hidden fragments: approximations average all fragments, and layer limits count them.
+/// Skips the fragments behind opaque surfaces if the composite is exact and has all layers. Opaque
+/// fragments have alpha 1, so hidden fragments cannot change such a composite. Other composites
+/// need the hidden fragments: approximations average all fragments, and layer limits count hidden
+/// fragments, too.
 void GlPlanner::chooseSurfaces() {
     CaptureSettings& settings = plan_.settings;
     if (!settings.composite || !plan_.method->exact() || settings.max_layers != 0 ||
@@ -110,8 +112,8 @@ void GlPlanner::chooseSurfaces() {
     if (plan_.opaque_first) plan_.drawn = renderer_.capture().drawnWindow();
 }
 
-/// If there is room to keep the composites, composites all samples and returns true: counting the
-/// visible fragments is most of the work of compositing them.
+/// Composites all samples if there is room to keep the composites; returns whether it did. Counting
+/// the visible fragments alone would take nearly as long as compositing them.
 bool GlPlanner::compositeSamples() {
     const Window& crop = plan_.view.crop;
     const std::uint64_t composite_bytes = CompositeImage::pixelBytes(plan_.settings.tinted);
@@ -141,8 +143,8 @@ bool GlPlanner::compositeSamples() {
     return true;
 }
 
-/// Counts the clip-mesh surfaces per row. Each band also stores lists of these surfaces, which must
-/// fit.
+/// Counts the clip-mesh surfaces per row. The counts are needed because a band's memory also
+/// includes lists of these surfaces.
 void GlPlanner::countClip() {
     if (plan_.settings.clip.nodes.empty()) return;
     const Window& crop = plan_.view.crop;
@@ -227,8 +229,9 @@ void GlPlanner::countMerged() {
     if (!keeps) plan_.kept_bands.clear();
 }
 
-/// Applies max_layers and occlusion_ratio of the settings. The first layer that covers less than
-/// occlusion_ratio of the pixels becomes the last layer, as with one occlusion query per pass.
+/// Applies the settings max_layers and occlusion_ratio. The first layer that covers less than
+/// occlusion_ratio of the pixels becomes the last layer, as if an occlusion query followed each
+/// peeling pass.
 void GlPlanner::limitLayers() {
     plan_.limit = plan_.settings.max_layers;
     if (!(plan_.settings.occlusion_ratio > 0)) return;

@@ -11,9 +11,9 @@
 
 namespace peeler {
 
-/// Throws Error (kUsage) if settings contradict each other for every scene: an unknown method, a
-/// composite-only method for layers, a layer limit on a method that captures all layers at once, a
-/// blended tail without a composite.
+/// Throws Error (kUsage) if settings contradict each other whatever the scene is: an unknown
+/// method, a composite-only method for layers, a layer limit for a method that captures all layers
+/// at once, a blended tail without a composite.
 void checkSettings(const CaptureSettings& settings);
 
 /// The planner of one plan.
@@ -23,8 +23,8 @@ class GlPlanner {
     GlPlanner(BandRenderer& renderer, const DrawList& draws, StageTimes& times, GlPlan& plan,
               const Progress& progress);
 
-    /// Runs the count pass and completes the plan. Merges or composites if counting requires it.
-    /// Throws Error (kMemory) if a single row exceeds the budget.
+    /// Runs the count pass and completes the plan. Also merges or composites samples if this is
+    /// necessary for counting. Throws Error (kMemory) if a single row exceeds the budget.
     void count();
     /// Returns the plan for sinks.
     Plan plan() const;

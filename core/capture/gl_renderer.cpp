@@ -18,10 +18,11 @@ namespace peeler {
 namespace {
 
 // Bytes that forecasts must add to BandCosts. With llvmpipe (Mesa 22.3, LLVM 15, one or two
-// threads), the captures of tests/memory_test.py take up to 35 MB more. LLVM compiles each pass's
-// shaders on first draw: 6 MB for plain materials, 27 MB for the materials of a car's engine, more
-// for peeling, which has two passes. The rasteriser's threads keep triangles in bins. Passing on
-// kept bands compiles no shaders and takes up to 20 MB.
+// threads), the captures of tests/memory_test.py take up to 35 MB more than BandCosts. LLVM
+// compiles each pass's shaders on first draw, which takes 6 MB for plain materials, 27 MB for the
+// materials of a car's engine, and more for peeling, which has two passes. The rasteriser's threads
+// also keep triangles in bins. If kept bands are only passed on, no shaders are compiled, and up to
+// 20 MB are taken.
 constexpr std::uint64_t kCaptureBytes = std::uint64_t{40} << 20;
 constexpr std::uint64_t kHandOverBytes = std::uint64_t{24} << 20;
 

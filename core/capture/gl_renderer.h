@@ -20,9 +20,8 @@ class GlRenderer final : public HitSource {
     GlRenderer(const GlRenderer&) = delete;
     GlRenderer& operator=(const GlRenderer&) = delete;
 
-    /// Sets another pose of the same scene (one of the file's `scenes`), for the next plan() and
-    /// all later ones. Uploads only the parts that moved. Plans of earlier poses can no longer be
-    /// captured.
+    /// Sets another pose of the same scene (one of the file's `scenes`), from the next plan() on.
+    /// Uploads only the parts that moved. Plans of earlier poses can no longer be captured.
     void setPose(PosedScene posed);
 
     /// Sets the frame that motion is measured against in later captures.

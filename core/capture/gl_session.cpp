@@ -116,7 +116,8 @@ void GlSession::giveBack() {
 }
 
 void GlSession::giveUp(bool device_lost) {
-    // If nothing was borrowed, another context may be current, in which these objects do not exist.
+    // If no context was borrowed, another owner's context may be current, in which the session's
+    // objects do not exist.
     if (function_of_ && !borrowed_) return;
     uploads_.clear();
     borrowed_.reset();

@@ -20,16 +20,17 @@ class AdoptedContext;
 class BorrowedState;
 }  // namespace gl
 
-/// A GL context and the scenes uploaded to it, kept for later renders. A session belongs to the
-/// thread on which its context is current; a borrowed context may move between threads.
+/// A GL context and the scenes uploaded to it, which are kept for later renders. A session belongs
+/// to the thread on which its context is current. If the context is borrowed, its owner may make it
+/// current on another thread.
 class GlSession {
   public:
-    /// Opens its own contexts. If `keeps_scenes`, earlier scenes stay uploaded until closeOldest();
-    /// otherwise only the rendered scene stays.
+    /// Creates a session that opens its own contexts. If `keeps_scenes`, earlier scenes stay
+    /// uploaded until closeOldest(). Otherwise only the last rendered scene stays.
     explicit GlSession(bool keeps_scenes = false);
-    /// Borrows the context that is current on this thread. `function_of` returns the context's
-    /// functions by name; if it is null, the session opens its own contexts. Throws like
-    /// gl::AdoptedContext().
+    /// Creates a session that borrows the context that is current on this thread. `function_of`
+    /// returns the context's functions by name. If `function_of` is null, the session opens its own
+    /// contexts. Throws like gl::AdoptedContext().
     explicit GlSession(void* (*function_of)(const char* name));
     /// Leaks its GL objects if they are in a borrowed context that is not current on this thread.
     ~GlSession();
@@ -45,22 +46,22 @@ class GlSession {
     gl::Context& context(const gl::ContextRequest& device);
     bool hasContext() const { return context_ != nullptr; }
 
-    /// Opens a context of the first usable GPU, unless one is open. If there is no usable GPU,
+    /// Opens a context of the first usable GPU, if no context is open. If there is no usable GPU,
     /// returns false and lists in `reasons` why each device was rejected.
     bool findGpu(std::string& reasons);
 
-    /// Returns the renderer of the scene in this pose, uploaded to the context of this device. The
-    /// pose must be of the file's scene number `index`. If `scene` is null, the session does not
-    /// own the scene, and the scene of `posed` must remain valid until closeUnowned(). Throws like
-    /// context() and GlRenderer().
+    /// Returns the renderer of the scene in this pose, uploaded to the context of this device.
+    /// `index` is the number of the posed scene in the file. If `scene` is null, the session does
+    /// not own the scene, and the scene of `posed` must remain valid until closeUnowned(). Throws
+    /// like context() and GlRenderer().
     GlRenderer& renderer(const gl::ContextRequest& device,
                          const std::shared_ptr<const Scene>& scene, int index,
                          const PosedScene& posed);
 
     /// Returns the approximate resident bytes of all uploads.
     std::uint64_t uploadedBytes() const;
-    /// Closes the least recently used upload, unless it is the only one. Returns whether it closed
-    /// one.
+    /// Closes the least recently used upload if there are several uploads. Returns whether it
+    /// closed one.
     bool closeOldest();
     /// Closes the uploads of scenes that the session does not own.
     void closeUnowned();
@@ -69,9 +70,9 @@ class GlSession {
 
     /// Restores the owner's GL state in a borrowed context.
     void giveBack();
-    /// Cleans up after a render that threw: closes the uploads, which may be in any state, restores
-    /// the owner's state, and closes the context if it was lost. Does nothing if the session
-    /// borrows contexts and has borrowed none.
+    /// Cleans up after a render that threw: closes the uploads, which may be in any state; restores
+    /// the owner's GL state; closes the context if the device was lost. Does nothing in a session
+    /// for borrowed contexts if no context is borrowed at the moment.
     void giveUp(bool device_lost);
     /// Returns and clears the GL errors that were pending when the context was borrowed: each code
     /// once, oldest first.

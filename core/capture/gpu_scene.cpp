@@ -19,12 +19,12 @@
 namespace peeler {
 namespace {
 
-/// The margin of screen bounds in pixels, for the width of lines and points and for snapped
-/// coordinates.
+/// The margin of screen bounds, in pixels. It allows for the width of lines and points, and for
+/// snapped coordinates.
 constexpr double kPixelMargin = 2;
 
-/// The maximum relative error of a clip coordinate, a sum of four products of matrix entries and
-/// coordinates, each rounded to float.
+/// The maximum relative error of a clip coordinate. The coordinate is a sum of four products, of a
+/// matrix entry and a coordinate each, and every operation rounds to float.
 constexpr double kClipRounding = 8.0 / (1 << 24);
 
 }  // namespace
@@ -160,8 +160,8 @@ gl::VertexArray makeVertexArray(const gl::Functions& gl, const Primitive& p, GLu
 GpuGeometry::GpuGeometry(const gl::Functions& gl, const PosedScene& posed) {
     const Scene& scene = posed.scene();
     const std::vector<Geometry>& geometries = posed.drawList().geometries();
-    // The offset of every primitive's arrays; the indices follow the arrays. Deformed instances
-    // share the arrays that deformation does not change.
+    // The offset of every primitive's vertex arrays. The primitive's indices follow its arrays.
+    // Deformed instances share the arrays that deformation does not change.
     std::map<std::pair<int, std::size_t>, std::size_t> offsets;
     std::size_t fixed_bytes = sizeof kMissing, deformed_bytes = 0;
     for (const Geometry& geometry : geometries) {
@@ -223,8 +223,8 @@ void GpuGeometry::setDeformed(const PosedScene& posed) {
 
 namespace {
 
-// The stride of material records. Each std140 record is bound alone; GL implementations may require
-// offsets aligned to up to 256 bytes.
+// The stride of material records. Every draw binds a single std140 record, and GL implementations
+// may require its offset to be a multiple of up to 256 bytes.
 constexpr std::size_t kMaterialStride = (sizeof(shader::MaterialRecord) + 255) / 256 * 256;
 
 gl::Texture uploadImage(const gl::Functions& gl, const Image& image, bool srgb, int largest) {

@@ -24,9 +24,9 @@ struct Box {
     void add(std::span<const glm::vec3> points);
 };
 
-/// Returns the window, y up, of the pixels that the box can touch in a viewport of this size.
-/// Conservative: covers every touched pixel despite the GPU's single-precision rounding, and often
-/// some more. Returns all pixels if the box extends behind the eye.
+/// Returns the window, y up, of the pixels that the box can touch in a viewport of this size. The
+/// window covers every touched pixel despite the GPU's single-precision rounding, and often some
+/// more. It covers all pixels if the box extends behind the eye.
 Window screenBounds(const Box& box, const glm::dmat4& clip_from_model, int width, int height);
 
 /// Uploaded geometry: one buffer of static data, one of deformed vertices, and a vertex array
@@ -37,7 +37,7 @@ class GpuGeometry {
     GpuGeometry(const gl::Functions& gl, const PosedScene& posed);
 
     /// Uploads the deformed vertices of another pose of the same scene. The GPU must have finished
-    /// using the old vertices.
+    /// all work that uses the old vertices.
     void setDeformed(const PosedScene& posed);
 
     GLuint vertexArray(const Draw& draw) const {
@@ -81,7 +81,8 @@ class GpuScene {
     /// driver's limit or the scene has 2^32 primitives or more.
     GpuScene(const gl::Context& context, const PosedScene& posed);
 
-    /// Sets another pose of the same scene. The GPU must have finished using the scene.
+    /// Sets another pose of the same scene. The GPU must have finished all work that uses the
+    /// scene.
     void setPose(const PosedScene& posed);
 
     const PosedScene& posed() const { return posed_; }

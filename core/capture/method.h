@@ -19,24 +19,24 @@ class SceneRasterizer;
 struct LayerArea {
     Window window;             ///< window to capture, inside the rasterizer's tile
     std::uint32_t layers = 0;  ///< number of layers to capture
-    /// The framebuffer with the list heads (if takesListHeadTarget()), the depths of opaque
-    /// fragments (if takesOpaqueFirst()), or both; 0 if there is no framebuffer.
+    /// The framebuffer for passes of the method, 0 if there is none. It has the list heads if
+    /// takesListHeadTarget(), and the depths of opaque fragments if takesOpaqueFirst().
     unsigned framebuffer = 0;
     bool list_head_target = false;  ///< whether the list heads are a render target, not a buffer
     /// Whether to capture only the transparent fragments in front of the OpaqueTarget's fragments.
     bool in_front = false;
-    /// Whether to store each fragment's primitive. If false, any value that increases in draw order
-    /// may replace the primitive.
+    /// Whether to store each fragment's primitive. If false, the method may instead store any value
+    /// that increases in draw order.
     bool keys = true;
 };
 
-/// A method that captures fragments into the bound band buffers. Created for every render.
+/// A method that captures fragments into the bound band buffers. Every render creates a new object.
 class LayerMethod {
   public:
     virtual ~LayerMethod() = default;
 
-    /// Whether capture() captures all fragments, in any order, to be sorted afterwards. If false,
-    /// capture() delivers the nearest layers front to back, so that a layer limit saves work.
+    /// Whether capture() captures all fragments, in any order; the caller then sorts them. If
+    /// false, capture() delivers the nearest layers front to back, so a layer limit saves work.
     virtual bool takesAll() const = 0;
 
     /// Whether the method has a single geometry pass, which can then render to the list heads
@@ -63,13 +63,14 @@ struct CompositeArea {
     std::uint32_t layers = 0;   ///< maximum number of fragments per pixel to composite in order
     std::uint32_t deepest = 0;  ///< maximum number of fragments per pixel
     bool tail = false;          ///< whether to blend the fragments behind `layers`
-    /// Returns the maximum number of fragments to composite in order, over all pixels whose list
-    /// head shows that fragments are missing; 0 if all pixels are complete. Waits for the GPU.
+    /// Returns the number of fragments per pixel that must be composited in order. This is the
+    /// maximum over all pixels whose list head shows that fragments are missing; 0 if all pixels
+    /// are complete. Waits for the GPU.
     std::function<std::uint32_t()> layersMissing;
 };
 
-/// A method that composites fragments on the fly and stores only a picture. Created for every
-/// render.
+/// A method that composites fragments on the fly and stores only a picture. Every render creates a
+/// new object.
 class CompositeMethod {
   public:
     virtual ~CompositeMethod() = default;
@@ -84,7 +85,7 @@ class CompositeMethod {
     virtual int composite(SceneRasterizer& rasterizer, const CompositeArea& area) = 0;
 };
 
-/// One row of the table of methods. A new method is a new file and a row in methods.cpp.
+/// A row of the table of methods. To add a method, add a file and a row in methods.cpp.
 struct MethodInfo {
     std::string_view name;     ///< name on the command line
     std::string_view summary;  ///< description, one line

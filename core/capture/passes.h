@@ -25,9 +25,10 @@ using ShaderArgument = std::optional<std::array<int, 4>>;
 /// The draws of a geometry pass, selected by their material's alpha mode.
 enum class Draws : std::uint8_t {
     kAll,
-    kOpaque,     ///< OPAQUE and MASK materials without transmission
-    kBlended,    ///< BLEND materials, and materials with transmission
-    kClipMeshes  ///< the clip volume's boundary, both faces; no other pass draws it
+    kOpaque,   ///< OPAQUE and MASK materials without transmission
+    kBlended,  ///< BLEND materials, and materials with transmission
+    /// The boundary of the clip volume, both faces; no other value of Draws includes it.
+    kClipMeshes
 };
 
 /// The shader definition for passes that render to the list heads (ListHeadTarget).
@@ -41,12 +42,13 @@ struct GeometryPass {
     std::string_view fragment_shader;
     std::string_view definitions = "";  ///< preprocessor definitions, separated by spaces
     bool shades = false;  ///< whether to evaluate the surface's colour, not only depth and alpha
-    /// Evaluates all material properties, regardless of lighting, for the channels of the settings.
+    /// Whether to evaluate all material properties, regardless of lighting. The channels of the
+    /// settings need them.
     bool describes = false;
     Draws draws = Draws::kAll;
-    bool bounded = true;  ///< skips fragments behind the opaque bound, if there is a bound
-    /// Skips the fragments hidden by an OpaqueTarget, and stores nothing for them. The target must
-    /// be bound for reading, and its depths attached to the framebuffer.
+    bool bounded = true;  ///< whether to skip fragments behind the opaque bound, if there is one
+    /// Whether to skip the fragments that an OpaqueTarget hides. The target must be bound for
+    /// reading, and its depths must be attached to the framebuffer.
     bool in_front = false;
     GLuint framebuffer = 0;
     gl::DepthTest depth_test = gl::DepthTest::kOff;
@@ -75,9 +77,9 @@ struct FullScreenPass {
     ShaderArgument argument{};
 };
 
-/// Shader variants. Only the features of material, draw, view and lights that a pass uses are
-/// compiled into its program. Draws with the same features share a program. Programs are compiled
-/// on first use and kept.
+/// Shader variants. A program contains only the code for the features of material, draw, view and
+/// lights that a pass uses. Draws with the same features share a program. Programs are compiled on
+/// first use and kept.
 class ShaderVariants {
   public:
     /// All arguments must outlive this object. Calls use the current state of the pass context.
@@ -118,7 +120,8 @@ class ShaderVariants {
     const PassContext& pass_context_;
     /// Programs, keyed by definitions and files.
     std::map<std::string, gl::Program> programs_;
-    /// Programs, by fragment shader, definitions and variant: a lookup that builds no string.
+    /// The same programs, by fragment shader, definitions and variant. A lookup here builds no
+    /// string.
     std::map<std::tuple<std::string_view, std::string_view, Variant>, const gl::Program*> variants_;
 };
 

@@ -90,8 +90,8 @@ void SceneRasterizer::setTile(const Window& tile) {
 
 void SceneRasterizer::setBand(const Window& band, std::uint32_t layers) {
     if (band == band_ && layers == layers_) return;
-    // With clip meshes, the opaque bound is valid for one band only, since the meshes' boundary is
-    // found for one band at a time.
+    // With clip meshes, the opaque bound depends on the meshes' boundary, which is known only for
+    // the current band. So each band needs a new bound.
     if (band != band_ && !pass_context_.settings.clip.nodes.empty()) bound_missing_ = bounded();
     band_ = band;
     layers_ = layers;
@@ -115,8 +115,8 @@ void SceneRasterizer::freeBound() {
 
 glm::dmat4 SceneRasterizer::clipFromView() const {
     const double width = pass_context_.view.width, height = pass_context_.view.height;
-    // GL samples at pixel centres, so the picture is shifted to put the sample position at the
-    // centre.
+    // GL samples at pixel centres, so the projection shifts the picture to put the sample position
+    // there.
     const glm::dvec2 shift = pass_context_.view.sample - glm::dvec2(0.5);
     return pass_context_.view.projection.matrix(
         (tile_.x0 + shift.x) / width, (tile_.y0 + shift.y) / height, (tile_.x1 + shift.x) / width,

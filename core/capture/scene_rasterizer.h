@@ -18,10 +18,10 @@ namespace shader {
 struct FrameRecord;
 }
 
-/// A rasteriser of the scene. Rasterisation is repeatable only with a constant viewport, so the
-/// picture is divided into raster tiles, a fixed grid that depends only on the picture's size.
-/// Inside a tile, all passes of all methods, bands and crops use the same viewport and differ only
-/// in the scissor rectangle. Therefore their results agree bit for bit.
+/// A rasteriser of the scene. Rasterisation is repeatable only with a constant viewport. Therefore
+/// the picture is divided into raster tiles, a fixed grid that depends only on the picture's size.
+/// All passes in a tile use the same viewport, for every method, band and crop; only their scissor
+/// rectangles differ. So their results agree bit for bit.
 class SceneRasterizer {
   public:
     static constexpr int kTileSize = 4096;
@@ -49,7 +49,7 @@ class SceneRasterizer {
     void compute(std::string_view shader, std::string_view definitions, const Window& area);
 
     /// Returns the window of the picture that can contain fragments, for any sample position. Takes
-    /// as long as setTile().
+    /// about as long as setTile().
     Window drawnWindow() const;
     const Window& tile() const { return tile_; }
     /// Returns a state with the tile's viewport and `area` as scissor.

@@ -38,7 +38,7 @@ constexpr std::pair<unsigned, const char*> kDefinitions[] = {
     {kOrthographic, "ORTHOGRAPHIC"}, {kInFront, "IN_FRONT"},
 };
 
-/// Returns the features that also affect unlit surfaces, one bit each.
+/// Returns the bits of the features that affect unlit surfaces, too.
 unsigned alphaFeatures() {
     unsigned bits = 0;
     for (std::size_t i = 0; i < materialFeatures().size(); ++i)

@@ -10,8 +10,8 @@
 namespace peeler {
 namespace {
 
-// The number of pixels that are composited and passed on at once. Their memory stays in the caches,
-// because touching fresh memory costs more than compositing into it.
+// The number of pixels that are composited and passed on at once. It is small enough for their
+// memory to stay in the caches, since touching fresh memory costs more than compositing into it.
 constexpr std::uint64_t kPixelsAtOnce = 1 << 18;
 
 }  // namespace

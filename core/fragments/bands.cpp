@@ -10,8 +10,8 @@
 namespace peeler {
 namespace {
 
-// The part of a budget that is reserved for uncounted memory: the writers' chunks and the driver's
-// command buffers.
+// The memory of a budget that is reserved for uses without an estimate: the writers' chunks and the
+// driver's command buffers.
 constexpr std::uint64_t kMegabyte = 1ULL << 20;
 constexpr std::uint64_t kReserve = 96 * kMegabyte;
 constexpr std::uint64_t kLeastBand = 8 * kMegabyte;
@@ -26,7 +26,7 @@ MemoryUse sinkUse(const Sink& sink, const Plan& plan, std::uint64_t fragment,
     const std::uint64_t rows =
         most_fragments(memory.rows) * fragment + pixels * (kBandPixelBytes + memory.pixel_bytes);
     const auto kept = static_cast<std::uint64_t>(memory.bands);
-    // Rows count twice, since a sink may hold rows of the previous band and of this one.
+    // The factor 2: a sink may hold rows of the previous band and of this one.
     return {.fixed = 2 * rows + memory.bytes,
             .pixel = memory.pixel_bytes + kept * sizeof(std::uint32_t),
             .fragment = memory.fragment_bytes + kept * fragment};
@@ -51,7 +51,7 @@ BandLimits bandLimits(const MemoryBudget& budget, std::uint64_t used, const Band
         available = std::min(available, hard);
     }
     BandLimits limits;
-    // Costs per pixel get a quarter of the memory, costs per fragment the rest.
+    // A quarter of the memory is for the costs per pixel, the rest for the costs per fragment.
     limits.pixels = std::min(available / 4 / costs.use.pixel,
                              costs.storage_block_bytes / sizeof(std::uint32_t));
     const std::uint64_t driver = costs.storage_block_bytes / costs.largest_array_bytes;

@@ -19,23 +19,25 @@ namespace peeler {
 struct BandLimits {
     std::uint64_t fragments = 0;
     std::uint64_t pixels = 0;
-    std::uint64_t row_fragments = 0;  ///< limit for a band of one row, if higher than `fragments`
+    /// Limit for a band of a single row; applies if it is higher than `fragments`.
+    std::uint64_t row_fragments = 0;
 };
 
 /// The costs of a band.
 struct BandCosts {
-    MemoryUse use{};               ///< memory of the buffers, the image for the sink, and the sink
-    std::uint64_t band_bytes = 0;  ///< maximum bytes of a band of several rows
+    /// Memory for the buffers, for the image that goes to the sink, and for the sink.
+    MemoryUse use{};
+    std::uint64_t band_bytes = 0;           ///< maximum bytes of a band of several rows
     std::uint64_t largest_array_bytes = 0;  ///< bytes per fragment in the largest single buffer
     std::uint64_t storage_block_bytes = 0;  ///< the driver's limit on one buffer binding
 };
 
-/// Bytes per pixel of a band: a list head, an offset in the lists, an offset in the image passed
-/// on, and the pixel that a sink composites into.
+/// The bytes per pixel of a band: a list head, an offset in the lists, an offset in the image that
+/// goes to the sink, and the pixel of the sink's composite.
 inline constexpr std::uint64_t kBandPixelBytes = 3 * sizeof(std::uint32_t) + 5 * sizeof(float);
 
-/// Returns the memory that a sink needs besides the band itself. `fragment`: bytes per fragment;
-/// `most_fragments(rows)`: the maximum number of fragments in any `rows` successive rows.
+/// Returns the memory that a sink needs in addition to the band itself. `fragment`: bytes per
+/// fragment; `most_fragments(rows)`: the maximum number of fragments in any `rows` successive rows.
 MemoryUse sinkUse(const Sink& sink, const Plan& plan, std::uint64_t fragment,
                   const std::function<std::uint64_t(int rows)>& most_fragments);
 
@@ -44,7 +46,7 @@ MemoryUse sinkUse(const Sink& sink, const Plan& plan, std::uint64_t fragment,
 /// Does not check that every row fits; cutBands() does.
 BandLimits bandLimits(const MemoryBudget& budget, std::uint64_t used, const BandCosts& costs);
 
-/// Whether half of the budget covers the used bytes and a full band, so that freeing buffers
+/// Whether half of the budget is enough for the used bytes and a full band. If so, freeing buffers
 /// between bands gains nothing. Always true without a budget.
 bool isRoomy(const MemoryBudget& budget, std::uint64_t used, const BandCosts& costs);
 

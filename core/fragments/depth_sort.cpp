@@ -14,8 +14,8 @@ namespace peeler {
 namespace {
 
 /// A sorter for the lists of consecutive pixels. Adjacent pixels mostly see the same surfaces in
-/// the same order, so an insertion sort that starts from the previous list's order has little to
-/// do. If it needs too many moves, std::sort takes over.
+/// the same order. So an insertion sort that starts from the order of the previous list needs few
+/// moves. If it needs too many moves, std::sort takes over.
 class ListSorter {
   public:
     /// Returns the order of the fragments, nearest first; valid until the next call. Depths must
@@ -47,10 +47,11 @@ class ListSorter {
     }
 
   private:
-    /// The maximum number of moves per fragment. Beyond it, std::sort is faster.
+    /// The maximum number of moves per fragment for the insertion sort. With more moves, std::sort
+    /// is faster.
     static constexpr std::size_t kMoves = 12;
 
-    /// Returns a sort key: it increases from the nearest fragment to the farthest and, at equal
+    /// Returns a sort key. Keys increase from the nearest fragment to the farthest and, at equal
     /// depths, in draw order. The bits of non-negative floats sort like the floats.
     static std::uint64_t keyOf(const std::uint32_t* fragment) {
         return std::uint64_t{~fragment[0]} << 32 | fragment[1];
@@ -100,8 +101,8 @@ void sortRow(const CapturedFragments& captured, const SortedRow& row, ListSorter
 
 using SortRow = void (*)(const CapturedFragments&, const SortedRow&, ListSorter&);
 
-/// Returns sortRow() for these sizes of captured and stored colours: half or float, plain or
-/// tinted.
+/// Returns the sortRow() for captured fragments of `stride` words and stored colours of
+/// `color_bytes` bytes: half or float, plain or tinted.
 SortRow rowSorterOf(std::size_t stride, std::size_t color_bytes) {
     if (stride == 2) return sortRow<2, 0>;
     if (stride == 4) return sortRow<4, 8>;
@@ -110,8 +111,9 @@ SortRow rowSorterOf(std::size_t stride, std::size_t color_bytes) {
                              : sortRow<6, kTintedComponents * sizeof(std::uint16_t)>;
 }
 
-/// Makes room in `out` for the nearest `max_layers` (0 = all) fragments of each pixel from `first`
-/// on. Counts the row's opaque fragments in `behind`, if given.
+/// Makes room in `out` for the nearest `max_layers` (0 = all) fragments of each of `pixels` pixels,
+/// beginning with pixel `first`. If `behind` is given, also makes room for the opaque fragments in
+/// it.
 void layOut(const CapturedFragments& captured, std::size_t first, std::size_t pixels,
             std::uint32_t max_layers, LayeredImage& out, const std::uint32_t* behind = nullptr) {
     resizeAnew(out.offsets, pixels + 1);
@@ -126,8 +128,8 @@ void layOut(const CapturedFragments& captured, std::size_t first, std::size_t pi
     resizeAnew(out.color.data, out.offsets[pixels] * out.color.stride());
 }
 
-/// Appends the opaque fragments of a row, if any, to their pixels' lists. If opacity is coloured,
-/// each channel's opacity is the fragment's alpha.
+/// Writes each opaque fragment of a row, if the pixel has one, to the end of the pixel's list. If
+/// opacity is coloured, the opacity of each channel becomes the fragment's alpha.
 void addBehind(const std::uint32_t* fragments, const std::uint32_t* colors, LayeredImage& lists) {
     constexpr std::size_t kWords = OpaqueFragments::kWords;
     const std::size_t number = pixelTypeSize(lists.color.type), stride = lists.color.stride();

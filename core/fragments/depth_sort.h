@@ -26,8 +26,8 @@ struct CapturedFragments {
 };
 
 /// The nearest opaque fragments of a band, four words per pixel: depth (0 = no fragment), key, and
-/// a half-float colour. If `colors` is given, its 32-bit floats replace the half-float colour. Each
-/// fragment lies behind its pixel's list.
+/// a half-float colour. If `colors` is given, its 32-bit floats replace the half-float colour. The
+/// opaque fragment of a pixel lies behind all fragments in the pixel's list.
 struct OpaqueFragments {
     /// First pixel of the top row. Lower rows are stored before it.
     const std::uint32_t* fragments = nullptr;

@@ -21,7 +21,7 @@ struct CaptureReport {
     double largest_correction = 0;  ///< largest change of a hit's Z by refinement, scene units
 };
 
-/// A plan, with the data that its HitSource needs for the capture.
+/// A capture plan, with the data that the HitSource that made it needs for the capture.
 struct CapturePlan : Plan {
     /// Data that only the HitSource understands.
     struct Details {
@@ -64,8 +64,8 @@ class HitSource {
     /// Returns the captured scene, which also resolves the keys of hits.
     virtual const PosedScene& posed() const = 0;
 
-    /// Whether the next surfaces from scattered points are found faster along a line from each
-    /// point (core/bake/visibility_rays.h) than among all hits of bundles.
+    /// Whether this source finds the next surfaces from scattered points faster along a line from
+    /// each point (core/bake/visibility_rays.h) than among all hits of bundles.
     virtual bool prefersLines() const { return false; }
 
     /// Returns the times of the stages since the previous call.

@@ -33,7 +33,8 @@ struct Entry {
 struct Group {
     std::uint32_t surface;
     std::size_t nearest;  // index of the nearest member in the pixel's entries
-    // For each sample, the member's index in the pixel's entries; −1 if it has no member.
+    // For each sample: the index, in the pixel's entries, of the group's member from this sample;
+    // −1 if the group has no member from it.
     std::vector<int> members;
 };
 
@@ -84,9 +85,10 @@ void RowMerger::collect(std::size_t pixel) {
     });
 }
 
-/// Whether an entry belongs to the group. Among the fragments of the surface in its sample, each
-/// member must be the nearest in Z to the entry. This matters if a surface covers the pixel more
-/// than once (front and back of a ball, folds).
+/// Whether an entry belongs to the group. This requires that no member of the group has, in its own
+/// sample, a fragment of the same surface that is nearer in Z to the entry than the member is. The
+/// condition matters if a surface covers the pixel more than once (front and back of a ball,
+/// folds).
 bool RowMerger::fits(const Group& group, const Entry& entry) const {
     for (const int member : group.members) {
         if (member < 0) continue;
@@ -107,8 +109,8 @@ void RowMerger::group() {
     for (std::size_t i = 0; i < entries_.size(); ++i) {
         const Entry& entry = entries_[i];
         int& last = last_group_[static_cast<std::size_t>(entry.sample)];
-        // Searches only the groups behind the previous fragment's group, so that every sample keeps
-        // its order.
+        // Searches only the groups behind the group of the sample's previous fragment, so that the
+        // fragments of every sample keep their order.
         int found = static_cast<int>(groups_.size()) - 1;
         while (found > last && groups_[static_cast<std::size_t>(found)].surface != entry.surface)
             --found;

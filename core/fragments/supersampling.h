@@ -28,8 +28,8 @@ void addToMean(const CompositeImage& sample, int samples, CompositeImage& mean);
 /// The name of the array of draw-order keys.
 inline constexpr const char* kKeyChannel = "key";
 
-/// A function that returns the surface (node and primitive of the mesh) of the drawn primitive with
-/// this key.
+/// A function that returns the surface of the drawn primitive with this key. A surface is a
+/// primitive of a mesh at a node.
 using SurfaceOf = std::function<std::uint32_t(std::uint32_t primitive)>;
 
 /// Merges the samples of one band into fragments with coverage. The first extra array of each image

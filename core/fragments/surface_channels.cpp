@@ -121,8 +121,8 @@ void distance(const Band& band, const Fragment& f, double* out) {
     *out = glm::distance(worldPosition(view, f.ray.at.x, f.ray.at.y, f.z), f.ray.origin);
 }
 
-/// The evaluation of a channel from Z and the primitive. `evaluate` is null if a shader outputs the
-/// channel.
+/// The way to compute a channel from Z and the primitive. `evaluate` is null if a shader outputs
+/// the channel.
 struct Evaluation {
     void (*evaluate)(const Band&, const Fragment&, double* out) = nullptr;
     bool needs_point = false;
@@ -221,7 +221,8 @@ class ChannelFiller {
 };
 
 /// Calls take(part, elements, pixel, ray) for every non-empty pixel. Parts are processed in
-/// parallel, the pixels of a part on one thread. `corners`: whether the elements must have corners.
+/// parallel. All pixels of a part are processed on one thread. `corners`: whether the elements must
+/// have corners.
 template <class Take>
 void forEachPixel(const FragmentSources& sources, bool corners, const LayeredImage& image,
                   const std::vector<Window>& parts, Take&& take) {
@@ -239,8 +240,8 @@ void forEachPixel(const FragmentSources& sources, bool corners, const LayeredIma
     });
 }
 
-/// Returns groups of an image's rows, one group per task. A group is large enough that the same
-/// triangles recur (RecentElements).
+/// Returns groups of an image's rows, one group per task. Groups are large enough for the same
+/// triangles to occur again, which RecentElements makes use of.
 std::vector<Window> partsOf(const Window& window) {
     constexpr int kPixels = 1 << 14;
     const int rows = std::max(1, kPixels / std::max(1, window.width()));

@@ -12,7 +12,8 @@ namespace {
 
 constexpr const char* kMakeCurrent = "make the Renderer's own context current";
 
-/// Returns a label that is unique in the process, even if the process loads this library twice.
+/// Returns a label that is unique in the process, even if the process has loaded two copies of this
+/// library.
 std::string newLabel() {
     static std::atomic<std::uint64_t> last = 0;
     return "peeler " + std::to_string(reinterpret_cast<std::uintptr_t>(&last)) + ' ' +
@@ -54,8 +55,8 @@ AdoptedContext::~AdoptedContext() {
 
 bool AdoptedContext::current() const {
     const Functions& gl = functions();
-    // Checked first, because querying the label of a missing object would raise a GL error in
-    // another owner's context.
+    // The object must exist before its label is queried. Otherwise the query would raise a GL
+    // error, possibly in another owner's context.
     if (!anyCurrent(gl) || gl.IsVertexArray(mark_) != GL_TRUE) return false;
     std::array<GLchar, 64> text{};
     GLsizei length = 0;

@@ -23,8 +23,9 @@ class AdoptedContext final : public Context {
     bool current() const;
     /// Throws Error (kUsage) if this context is not current on this thread.
     void requireCurrent() const;
-    /// Makes the owners of this context's GL objects leak them on destruction. Otherwise they would
-    /// delete objects of the same names in the current context, which may be another one.
+    /// Makes the owners of this context's GL objects leak the objects instead of deleting them. The
+    /// current context may be a different one, where a deletion would hit objects with the same
+    /// names.
     void abandonObjects();
 
   private:

@@ -14,7 +14,7 @@ namespace peeler::gl {
 
 /// A context that a backend may be able to open.
 struct Candidate {
-    Device device;  ///< has backend, name and, if known, software; or has the problem
+    Device device;  ///< with backend, name and, if known, `software`; or with the problem
     /// Opens the context, makes it current and loads its functions. On failure, returns null and
     /// sets `problem` to a sentence.
     std::function<std::unique_ptr<Context>(std::string& problem)> open;
@@ -23,8 +23,8 @@ struct Candidate {
 /// A row of the backend table.
 struct Backend {
     const char* name;
-    /// Returns all candidates, hardware first. A backend without devices returns one candidate with
-    /// the reason in Device::problem.
+    /// Returns all candidates, hardware first. If the backend has no devices, returns one candidate
+    /// with the reason in Device::problem.
     std::vector<Candidate> (*candidates)();
 };
 

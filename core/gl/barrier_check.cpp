@@ -18,8 +18,8 @@
 namespace peeler::gl {
 namespace {
 
-// The barrier bits that make a shader's writes visible to other shaders, and to commands that
-// clear, copy or map buffers.
+// The barrier bits that a shader's writes need before other shaders access them, and before
+// commands clear, copy or map the buffer.
 constexpr GLbitfield kByShaders = GL_SHADER_STORAGE_BARRIER_BIT;
 constexpr GLbitfield kByCommands = GL_BUFFER_UPDATE_BARRIER_BIT;
 
@@ -32,13 +32,13 @@ struct Block {
 
 /// The accesses to a buffer since the last barrier.
 struct Use {
-    GLbitfield unseen = 0;      ///< barrier bits that no barrier has had since the last write
+    GLbitfield unseen = 0;      ///< barrier bits that no barrier since the last write has had
     std::uint64_t written = 0;  ///< the last pass that wrote the buffer
     std::uint64_t read = 0;     ///< the last pass that read the buffer; 0: no pass
     std::string writer;         ///< name of the storage block that the last write went through
 };
 
-/// The tracked state of the context whose functions are checked on this thread.
+/// The tracked state of a context: the one whose functions are checked on this thread.
 struct Checked {
     Functions actual;
     PFNGLGETPROGRAMINTERFACEIVPROC get_program_interface_iv = nullptr;
@@ -64,9 +64,9 @@ Checked& checked() {
     throw Error(ErrorKind::kInternal, what, "PEELER_CHECK_BARRIERS");
 }
 
-/// Returns the blocks of a shader that are not declared readonly. Searches line by line, since each
-/// block is declared on one line. A regular expression over the whole shader would take longer than
-/// compiling the shader.
+/// Returns the blocks of a shader that are not declared readonly. Searches line by line, because
+/// each block is declared on one line, and because a regular expression over the whole shader would
+/// take longer than compiling the shader.
 std::set<std::string> writtenBlocks(const std::string& text) {
     static const std::regex kBlock(R"((\breadonly\s+)?\bbuffer\s+(\w+)\s*\{)");
     std::set<std::string> names;

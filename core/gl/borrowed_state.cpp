@@ -488,7 +488,8 @@ const std::vector<StateRow>& rows() {
          writeBuffer<GL_PIXEL_PACK_BUFFER>,
          {0}},
         {"query buffer", GL_QUERY_BUFFER_BINDING, readInteger, writeBuffer<GL_QUERY_BUFFER>, {0}},
-        // Objects. Binding a buffer to an index also binds it to the target.
+        // Rows of objects. Index bindings come before the binding of their target, because binding
+        // a buffer to an index also binds it to the target.
         {"storage buffers",
          GL_SHADER_STORAGE_BUFFER_BINDING,
          readStorage,
@@ -557,8 +558,8 @@ constexpr std::array<QueryRow, 6> kQueries = {{
     {GL_TIME_ELAPSED, "GL_TIME_ELAPSED", false},
 }};
 
-/// Whether conditional rendering is active. GL has no query for this, but beginning conditional
-/// rendering twice is an error.
+/// Whether conditional rendering is active. GL has no query for this. So this function begins
+/// conditional rendering, which is an error if it is active already.
 bool rendersConditionally(const Functions& gl) {
     GLuint query = 0;
     gl.CreateQueries(GL_SAMPLES_PASSED, 1, &query);
@@ -576,8 +577,8 @@ std::span<const StateRow> borrowedStateRows() {
 }
 
 std::vector<GLenum> takeErrors(const Functions& gl) {
-    // Bounds the loop. GL keeps at most one error of each kind, but a lost context returns the same
-    // error forever.
+    // Limits the number of iterations. GL keeps at most one error of each kind, but a lost context
+    // returns the same error forever.
     constexpr std::size_t kMost = 16;
     std::vector<GLenum> errors;
     while (errors.size() < kMost) {

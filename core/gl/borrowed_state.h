@@ -21,8 +21,8 @@ struct StateRow {
     /// uses.
     StateValues (*read)(const Functions& gl, GLenum parameter);
     void (*write)(const Functions& gl, GLenum parameter, const StateValues& values);
-    /// The values that peeler starts from: GL's initial values, repeated for all indices. Empty:
-    /// every pass sets the values that it needs.
+    /// The values that peeler needs at the start: GL's initial values, repeated for all indices.
+    /// Empty if every pass sets the values that it needs.
     StateValues needed;
     const char* extension = nullptr;  ///< required extension; null = core
 };
@@ -43,10 +43,10 @@ std::span<const StateRow> borrowedStateRows();
 /// Returns and clears the pending errors of a context, oldest first.
 std::vector<GLenum> takeErrors(const Functions& gl);
 
-/// Throws Error (kUsage) if the context has an operation in progress that would affect or count
-/// peeler's work: a query that counts drawing or measures time, conditional rendering, or transform
-/// feedback that is not paused. No error may be pending. Pipeline statistics queries (an extension)
-/// may be active; they also count peeler's work.
+/// Throws Error (kUsage) if the context has an operation in progress that would affect peeler's
+/// work or count it: a query that counts drawing or measures time, conditional rendering, or
+/// transform feedback that is not paused. The caller must clear pending errors first. Pipeline
+/// statistics queries (an extension) are allowed, although they also count peeler's work.
 void requireNothingBegun(const Functions& gl);
 
 /// A scope: sets every row of the table to the values that peeler needs, and restores the previous

@@ -18,8 +18,8 @@
 namespace peeler::gl {
 namespace {
 
-// The table of backends, in the order in which `auto` tries them. OSMesa is last, because Mesa 25.1
-// removed it.
+// The table of backends, in the order in which `auto` tries them. OSMesa is last, because Mesa no
+// longer has it since version 25.1.
 constexpr std::array<Backend, 2> kBackends = {{
     {"egl", eglCandidates},
     {"osmesa", osmesaCandidates},
@@ -39,8 +39,8 @@ std::string examine(const Functions& gl, Device& device) {
                                device.renderer.find("softpipe") != std::string::npos ||
                                device.renderer.find("SWR") != std::string::npos;
     device.software = device.software || software_name;
-    // On the surfaceless platform Mesa chooses the driver (a GPU's driver if there is a GPU), so
-    // only the renderer's name shows whether the device is software.
+    // On the surfaceless platform, Mesa chooses the driver, which is a GPU's driver if there is a
+    // GPU. Only the renderer's name then shows whether the device is software.
     if (device.name.find("surfaceless") != std::string::npos) device.software = software_name;
 
     const auto integer = [&](GLenum name) {
@@ -102,7 +102,7 @@ void requireRasterizerThreads() {
     const char* const set = std::getenv("LP_NUM_THREADS");
     const long all = set ? std::strtol(set, nullptr, 0) : sysconf(_SC_NPROCESSORS_ONLN);
     const int needed = static_cast<int>(std::clamp(all, 1L, kMost));
-    // Tries again, since another process may hold the last threads only briefly.
+    // Tries again, since another process may hold the remaining threads only briefly.
     constexpr int kTries = 3;
     constexpr std::chrono::milliseconds kBetweenTries{20};
     int startable = 0;
@@ -188,8 +188,8 @@ std::vector<BackendCandidate> requested(const ContextRequest& request) {
                 Parameter::kDevice + " " + request.device.text(), "choose one of:" + list);
 }
 
-/// Opens the first usable candidate; returns null if all fail. `attempts` receives a sentence for
-/// each candidate that failed before the usable one.
+/// Opens the first usable candidate. Returns null if no candidate is usable. `attempts` receives a
+/// sentence for each candidate that failed.
 std::unique_ptr<Context> openFirst(std::vector<BackendCandidate> rows,
                                    const ContextRequest& request,
                                    std::vector<std::string>& attempts) {

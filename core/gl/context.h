@@ -90,8 +90,8 @@ std::unique_ptr<Context> createContext(const ContextRequest& request,
                                        std::vector<std::string>* failed_attempts = nullptr);
 
 /// Returns a context of the first usable GPU, current on this thread; null if there is no usable
-/// GPU. Fast, because it does not open devices listed as software. `failed_attempts` is as in
-/// createContext().
+/// GPU. Fast, because devices that are listed as software are not opened. `failed_attempts` is as
+/// in createContext().
 std::unique_ptr<Context> findGpuContext(std::vector<std::string>* failed_attempts = nullptr);
 
 }  // namespace peeler::gl

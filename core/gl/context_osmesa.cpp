@@ -11,8 +11,8 @@
 namespace peeler::gl {
 namespace {
 
-// From GL/osmesa.h, repeated here so that the build does not need its package. The library is
-// chosen at run time (Mesa 25.1 dropped it).
+// Declarations from GL/osmesa.h, repeated here so that the build does not need OSMesa's package.
+// The library is loaded at run time, if it exists (Mesa 25.1 dropped it).
 using OSMesaContext = struct osmesa_context*;
 constexpr int kOsmesaFormat = 0x22, kOsmesaRgba = 0x1908;
 constexpr int kOsmesaDepthBits = 0x30, kOsmesaStencilBits = 0x31, kOsmesaProfile = 0x33;
@@ -30,8 +30,8 @@ const OsmesaLibrary& osmesaLibrary() {
     static const OsmesaLibrary loaded = [] {
         OsmesaLibrary lib;
         void* handle = nullptr;
-        // RTLD_LOCAL, because the library's gl* symbols would shadow libGL's. Never closed, because
-        // Mesa keeps threads.
+        // Loads with RTLD_LOCAL, because the library's gl* symbols would otherwise shadow libGL's.
+        // Never closes the library, because Mesa keeps threads.
         for (const char* name : {"libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so"})
             if (!handle) handle = dlopen(name, RTLD_NOW | RTLD_LOCAL);
         if (!handle) {
@@ -76,8 +76,8 @@ class OsmesaContextHolder final : public Context {
     std::array<std::uint32_t, static_cast<std::size_t>(kSize) * kSize> buffer_{};
 };
 
-/// Opens a context. Loads the OSMesa library only now, because it loads LLVM, which a run on a GPU
-/// does not need.
+/// Opens a context. Loads the OSMesa library only now: it loads LLVM, which a run on a GPU does not
+/// need.
 std::unique_ptr<Context> openOsmesaContext(const Device& device, std::string& problem) {
     problem = osmesaLibrary().problem;
     if (!problem.empty()) return nullptr;

@@ -41,9 +41,10 @@ std::string uuidDigits(std::string text);
 std::optional<std::string> cudaVisibleDevices();
 
 /// Sets the original value of CUDA_VISIBLE_DEVICES, for a program that has removed the variable
-/// from its own environment. (Without the variable, a driver that asks CUDA numbers all devices, as
-/// other drivers do.) If this is not called, peeler reads the environment whenever it lists
-/// devices. Never changes the environment. Call this before the first context.
+/// from its own environment. (Without the variable, drivers that ask CUDA number all devices, as
+/// other drivers always do.) If this function is not called, peeler reads the environment whenever
+/// it lists devices. Never changes the environment. Must be called before the first context is
+/// opened.
 void setCudaVisibleDevices(std::string value);
 
 /// Returns a UUID's 16 bytes as text: "8932f937-d72c-4106-c12f-20bd9faed9f6".

@@ -131,15 +131,16 @@ namespace peeler::gl {
     X(VIEWPORT, Viewport)                                       \
     X(VIEWPORTINDEXEDF, ViewportIndexedf)
 
-/// Function pointers of one context. EGL and OSMesa contexts have different pointers, so they are
-/// not global.
+/// The function pointers of one context. They are not global, because EGL and OSMesa contexts have
+/// different pointers.
 struct Functions {
 #define X(stem, name) PFNGL##stem##PROC name = nullptr;
     PEELER_GL_FUNCTIONS(X)
 #undef X
 };
 
-/// A function that returns a GL function by its full name ("glEnable"); null if it does not exist.
+/// A function that returns a GL function by its full name ("glEnable"), or null if there is no such
+/// function.
 using ProcAddress = std::function<void*(const char* name)>;
 
 /// Loads every function and applies checkBarriers(). Returns the name of the first missing

@@ -16,8 +16,8 @@ namespace peeler::gl {
 using Query = Object<&Functions::DeleteQueries>;
 
 /// A timer for spans of GPU commands. Uses timer queries (OpenGL 4.5 core, 4.3, "Time Queries"), so
-/// that measuring does not wait for the GPU. Does not measure software renderers, whose time is CPU
-/// time.
+/// that measuring does not wait for the GPU. Does not measure software renderers, because their
+/// time is CPU time.
 class GpuTimer {
   public:
     explicit GpuTimer(const Context& context) : context_(context) {}

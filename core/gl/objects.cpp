@@ -63,8 +63,8 @@ Fence::Fence(const Functions& gl) : sync_(gl.FenceSync(GL_SYNC_GPU_COMMANDS_COMP
 }
 
 void Fence::wait() const {
-    // The timeout for drivers that do not report a lost context. Other drivers end the wait when
-    // the context is lost.
+    // The timeout. It is needed for drivers that do not report a lost context. With other drivers,
+    // the wait ends when the context is lost.
     constexpr GLuint64 kNanoseconds = 600'000'000'000;
     const Functions& gl = *sync_.get_deleter().gl;
     const GLenum came = gl.ClientWaitSync(sync_.get(), 0, kNanoseconds);

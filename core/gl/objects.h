@@ -74,9 +74,9 @@ class Buffer : public Object<&Functions::DeleteBuffers> {
     Buffer(const Functions& gl, std::size_t bytes);
 
     std::size_t size() const { return size_; }
-    /// Map the first `bytes` for reading (after waitForGpu()) or for overwriting, which discards
-    /// the whole buffer. Overwriting is safe while commands still read the buffer: the driver
-    /// provides other memory, or waits.
+    /// Map the first `bytes`: read() for reading, after waitForGpu(), and overwrite() for
+    /// overwriting, which discards the whole buffer. Overwriting is safe while GPU commands still
+    /// read the buffer, because the driver provides other memory or waits.
     Mapping read(std::size_t bytes) const;
     Mapping overwrite(std::size_t bytes) const;
     /// Sets the first `bytes` to 0, on the GPU.
@@ -96,8 +96,8 @@ class Fence {
     /// Places the fence after all commands so far and flushes the commands to the GPU.
     explicit Fence(const Functions& gl);
 
-    /// Returns when the GPU has reached the fence. Throws Error (kDevice) if it does not reach it
-    /// within ten minutes.
+    /// Returns when the GPU has reached the fence. Throws Error (kDevice) after ten minutes of
+    /// waiting.
     void wait() const;
 
   private:
@@ -178,15 +178,15 @@ enum class Blend : std::uint8_t {
 /// The maximum number of colour attachments of a pass.
 inline constexpr std::size_t kMaxAttachments = 5;
 
-/// All fixed-function state that a geometry pass depends on. Set as a whole, so that nothing is
-/// inherited.
+/// All fixed-function state that a geometry pass depends on. Every pass sets all of it, so that no
+/// state is inherited from an earlier pass.
 struct PassState {
     GLuint framebuffer = 0;
     int viewport_width = 0, viewport_height = 0;
     /// Scissor rectangle in pixels; y increases upwards.
     int scissor_x = 0, scissor_y = 0, scissor_width = 0, scissor_height = 0;
     DepthTest depth_test = DepthTest::kOff;
-    /// Keeps geometry in front of the near plane and behind the far plane.
+    /// Whether geometry in front of the near plane and behind the far plane is kept.
     bool depth_clamp = false;
     std::array<Blend, kMaxAttachments> blend{};  ///< blending with each colour attachment
 };

@@ -28,8 +28,8 @@ std::string rawText(const std::string& name) {
     throw Error(ErrorKind::kInternal, "unknown shader", name);
 }
 
-/// Returns the name of a file's include guard. An #include may be inside an #if, so only the
-/// preprocessor knows whether a file is included twice.
+/// Returns the name of a file's include guard. The guard is needed because an #include may be
+/// inside an #if, so that only the preprocessor knows whether a file is included twice.
 std::string guardOf(std::string name) {
     for (char& c : name)
         if (c == '.') c = '_';
@@ -87,8 +87,9 @@ std::string infoLog(GLuint name, GetIv get_iv, GetLog get_log) {
     return log;
 }
 
-/// Saves a program's shaders, as passed to the driver, to the folder PEELER_SAVE_SHADERS: for bug
-/// reports about a driver, and for other GLSL compilers. The files share a stem.
+/// Saves a program's shaders, as passed to the driver, to the folder PEELER_SAVE_SHADERS. They
+/// serve for bug reports about a driver, and as input for other GLSL compilers. The files of a
+/// program have the same stem.
 void save(std::span<const std::string_view> files, std::span<const std::string> texts) {
     const char* folder = std::getenv("PEELER_SAVE_SHADERS");
     if (!folder || !*folder) return;
@@ -127,8 +128,8 @@ GLuint compile(const Functions& gl, std::string_view file, const std::string& so
 Program::Program(const Functions& gl, const std::vector<std::string_view>& files,
                  const std::vector<std::string>& definitions)
     : Program(gl) {  // delegates, so that the destructor runs if the rest throws
-    // Extensions must be enabled before all other code. This extension does not affect programs
-    // that do not use it.
+    // GLSL requires extensions to be enabled before all other code. This extension does not affect
+    // programs that do not use it.
     std::string prologue =
         "#version 450 core\n"
         "#ifdef GL_EXT_shader_framebuffer_fetch\n"

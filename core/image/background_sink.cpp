@@ -12,8 +12,8 @@ BackgroundSink::BackgroundSink(std::unique_ptr<Sink> sink) : sink_(std::move(sin
     try {
         thread_ = startWorker([this] { work(); });
     } catch (const Error&) {
-        // A process limit may forbid the thread. Then the caller does the work, which is slower but
-        // correct.
+        // A process limit may forbid the thread. The caller then does the work itself, which is
+        // slower but correct.
     }
 }
 

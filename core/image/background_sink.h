@@ -22,7 +22,7 @@ namespace peeler {
 class BackgroundSink final : public Sink {
   public:
     explicit BackgroundSink(std::unique_ptr<Sink> sink);
-    /// Waits for the band in progress; discards all other unfinished work.
+    /// Waits for the band that is being written; discards all other unfinished work.
     ~BackgroundSink() override;
 
     void begin(const Plan& plan) override { sink_->begin(plan); }

@@ -14,15 +14,15 @@
 
 namespace peeler {
 
-/// Returns the name of an array: the name of the channel with the same components. If there is no
-/// such channel, returns the prefix of the components up to the last dot; without a prefix, the
-/// name of the first component.
+/// Returns the name of an array. This is the name of the channel that has the same components. If
+/// no channel has them, it is the prefix of the components up to the last dot or, without a prefix,
+/// the name of the first component.
 std::string nameOf(const FragmentArray& array);
 
 /// Returns an empty array (no fragments) for a channel. `color_type` is the pixel type of colours.
 FragmentArray emptyArray(Channel channel, PixelType color_type);
 
-/// Returns an empty band (no fragments) with a plan's arrays: colours and channels.
+/// Returns an empty band (no fragments) with the arrays of a plan's bands: colours and channels.
 LayeredImage emptyBand(const Plan& plan);
 
 /// Returns the bytes per fragment of these channels in a LayeredImage.

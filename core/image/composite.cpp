@@ -5,8 +5,7 @@
 // composites from different machines must match bit for bit.
 #include "core/image/composite.h"
 
-// Without the lookup table, Imath's conversions are header-only, so that core need not link
-// OpenEXR.
+// Without its lookup table, Imath's conversions are header-only, so core need not link OpenEXR.
 #define IMATH_HALF_NO_LOOKUP_TABLE
 #include <Imath/half.h>
 
@@ -95,7 +94,7 @@ C sumOf(const T* colors, std::size_t count) {
     return sum;
 }
 
-/// Returns the coverage of n fragments whose opacities add up to `sum`.
+/// Returns the coverage of n averaged fragments whose opacities add up to `sum`.
 float averageCoverage(float sum, float n) {
     return 1.0F - std::pow(std::max(0.0F, 1.0F - sum / n), n);
 }

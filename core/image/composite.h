@@ -11,30 +11,31 @@
 
 namespace peeler {
 
-/// Returns the mean of three opacities; if they are equal, exactly their value.
+/// Returns the mean of three opacities. If they are equal, the result is exactly their value.
 template <class T>
 T meanOpacity(T r, T g, T b) {
     return r == g && g == b ? r : static_cast<T>((double{r} + double{g} + double{b}) / 3);
 }
 
-/// Stores the colour of one fragment in `colors`: in half precision if `colors` has that type, with
-/// coloured opacity only if `colors` has channels for it.
+/// Stores the colour of one fragment in `colors`. Rounds to half precision if `colors` has that
+/// type. Stores coloured opacity only if `colors` has channels for it.
 void storeColor(const TintedColor& color, FragmentArray& colors, std::size_t fragment);
 
 /// Composites the nearest `layers` fragments of every pixel (0 = all) with "over", without a
-/// background. If `tail` is kBlend, the fragments behind them follow as a weighted average.
-/// Overwrites `out`.
+/// background. If `tail` is kBlend, the weighted average of the remaining fragments goes behind
+/// them. Overwrites `out`.
 void compositeNearest(const LayeredImage& image, std::uint32_t layers, Tail tail,
                       CompositeImage& out);
 
-/// Composites an image without a window in the same way, to the pixels of `out` from `first` on, on
-/// one thread. `out` must have room for the pixels, and for coloured opacity if the image has it.
+/// Like the function above, but for an image without a window and on one thread: writes the pixels
+/// of `out` from index `first` on. `out` must have room for the pixels, and for coloured opacity if
+/// the image has it.
 void compositeNearest(const LayeredImage& image, std::uint32_t layers, Tail tail, std::size_t first,
                       CompositeImage& out);
 
 /// Composites n fragments by weighted average (Bavoil & Myers 2008, section 4): C = ΣA·C / ΣA, A =
-/// ΣA / n, result C·(1 − (1 − A)^n) + background·(1 − A)^n. If opacity is coloured, each channel
-/// has its own A.
+/// ΣA / n, result C·(1 − (1 − A)^n) + background·(1 − A)^n. If opacity is coloured, A is computed
+/// for each channel.
 void compositeWeightedAverage(const LayeredImage& image, const std::array<float, 4>& background,
                               CompositeImage& out);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sums per row, merged in order, so that sums of doubles are bit-identical for any number of
-// threads.
+// Differences of pictures. Each row has its own sums, which are merged in order, so sums of doubles
+// are bit-identical for any number of threads.
 #include "core/image/difference.h"
 
 #include <algorithm>
@@ -30,8 +30,9 @@ float addColor(const TintedColor& a, const TintedColor& b, std::size_t component
     return static_cast<float>(largest);
 }
 
-/// Adds the differences of one pixel's fragments to `sum`. Returns the largest colour difference
-/// or, if the numbers of fragments differ, minus the difference of these numbers.
+/// Adds the differences of one pixel's fragments to `sum`. Returns the largest colour difference.
+/// If the pictures have different numbers of fragments in the pixel, returns the negative of the
+/// difference of these numbers.
 float addPixel(const LayeredImage& a, const LayeredImage& b, std::size_t pixel, int x, int y,
                LayeredDifference& sum) {
     const std::uint32_t in_a = a.count(pixel), in_b = b.count(pixel);
@@ -61,8 +62,8 @@ void checkSizes(const Window& a, const Window& b) {
         throw Error(ErrorKind::kInternal, "bands of different sizes are compared");
 }
 
-/// Calls compare(pixel, x, y, sum of the row) for every pixel and stores the results in `largest`,
-/// unless `largest` is empty. Returns one sum per row, so that the result does not depend on the
+/// Calls compare(pixel, x, y, sum of the row) for every pixel, and stores the results in `largest`
+/// unless it is empty. Returns one sum per row. Merged in order, these sums do not depend on the
 /// number of threads.
 template <class Sum, class Compare>
 std::vector<Sum> rowDifferences(const Window& window, std::span<float> largest, Compare&& compare) {

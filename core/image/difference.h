@@ -36,8 +36,8 @@ struct FragmentDifference {
     /// Fragments that are in both pictures, or only in one.
     std::uint64_t both = 0, only_a = 0, only_b = 0;
     DifferenceStatistics depth;  ///< differences of Z between fragments in both pictures
-    /// Differences of the premultiplied components R, G, B and A, and of AR, AG and AB if one
-    /// picture has them. Each component is one value.
+    /// Differences of the premultiplied components R, G, B and A. AR, AG and AB are included if one
+    /// of the pictures has them. Each component is one value.
     DifferenceStatistics color;
 
     void merge(const FragmentDifference& later);
@@ -56,8 +56,8 @@ struct LayeredDifference {
 
 /// Adds the difference of two bands of equal width and height to `sum`. Pixel positions in `sum`
 /// are those of `a`. If `largest` is not empty, it receives one value per pixel: the largest colour
-/// difference or, if the numbers of fragments differ, minus the difference of these numbers. The
-/// result does not depend on the number of threads.
+/// difference or, if the bands have different numbers of fragments in the pixel, the negative of
+/// the difference of these numbers. The result does not depend on the number of threads.
 void addDifference(const LayeredImage& a, const LayeredImage& b, LayeredDifference& sum,
                    std::span<float> largest = {});
 

@@ -25,8 +25,8 @@ constexpr float kEndShare = 1.0F / 4;
 /// Maximum blend of an isolated pixel (the default in FXAA 3.11).
 constexpr float kSubpixel = 0.75F;
 
-/// The difference of a pixel on a straight edge from its surroundings, as a share of the contrast.
-/// Includes rounding.
+/// The maximum difference between a pixel on a straight edge and its surroundings, as a share of
+/// the contrast. Allows for rounding.
 constexpr float kStraight = 1.0F / 3 + 1e-5F;
 
 struct Pixel {
@@ -39,7 +39,7 @@ Pixel operator-(Pixel a) {
     return {-a.x, -a.y};
 }
 
-/// The perceived brightness of a picture's pixels over one background. Beyond the borders, the
+/// The perceived brightness of a picture's pixels in front of a background. Beyond the borders, the
 /// outermost pixels are repeated.
 class Luma {
   public:
@@ -106,10 +106,10 @@ struct Neighbourhood {
     }
 
     /// Returns the blend weight of a pixel that differs from its surroundings ("Sub-pixel
-    /// aliasing"). A pixel on a straight edge differs by a third of the contrast. FXAA 3.11 uses
-    /// three quarters of a squared smoothstep from 0, which blends even pixels on straight edges by
-    /// 5 %; in linear light this is visible. Here a straight line from 1/3 is used, which stays
-    /// within 0.1 of 3.11's curve.
+    /// aliasing"). On a straight edge, this difference is a third of the contrast. FXAA 3.11 uses
+    /// three quarters of a squared smoothstep from 0, so it blends even pixels on straight edges by
+    /// 5 %, which is visible in linear light. This function uses a linear ramp from 1/3 instead,
+    /// which stays within 0.1 of 3.11's curve.
     float subpixelShift() const {
         const float sides = (n + s) + (w + e), corners = (nw + se) + (ne + sw);
         const float out = std::abs((2 * sides + corners) / 12 - m) / range;
@@ -122,11 +122,11 @@ struct Neighbourhood {
     bool visible;  ///< whether the contrast is high enough to filter
 };
 
-/// The end of an edge: the first pair of pixels on both sides of the edge that differs from the
-/// pair where the search begins.
+/// The end of an edge. An edge runs between pairs of pixels, one on each side. It ends at the first
+/// pair whose mean luma differs from that of the pair where the search begins.
 struct EdgeEnd {
     int distance;  ///< distance to the pair, in pixels; kFxaaReach + 1 if no pair differs
-    float change;  ///< mean luma of the pair minus the mean luma where the search begins
+    float change;  ///< mean luma of the pair minus mean luma of the pair where the search begins
 };
 
 /// Searches for the end of the edge between p and p + across ("End-of-edge search").
@@ -141,15 +141,15 @@ EdgeEnd findEnd(const Luma& luma, Pixel p, Pixel along, Pixel across) {
     return {kFxaaReach + 1, 0};
 }
 
-/// Returns the share of p that lies beyond the edge, towards p + across. The edge is taken as a
-/// straight line: it crosses the pixel boundary in the middle of the run, and is half a pixel off
-/// the boundary at both ends.
+/// Returns the share of p that lies beyond the edge, towards p + across. The edge is approximated
+/// by a straight line. The line crosses the pixel boundary in the middle of the run, and is half a
+/// pixel off the boundary at both ends.
 float edgeShift(const Luma& luma, Pixel p, Pixel across) {
     const Pixel along{across.y, across.x};
     const EdgeEnd a = findEnd(luma, p, -along, across), b = findEnd(luma, p, along, across);
     const EdgeEnd& nearest = a.distance < b.distance ? a : b;
-    // Only one side of an edge is blended: the side into which the other side's luma extends at the
-    // nearest end.
+    // Only one side of the edge is blended. It is the side in which the luma changes towards the
+    // other side's luma at the nearest end.
     const bool darker = luma[p] < luma[p + across];
     if (darker ? !(nearest.change > 0) : !(nearest.change < 0)) return 0;
     const auto run = static_cast<float>(a.distance + b.distance - 1);
@@ -187,7 +187,7 @@ Filtered mean(const Filtered& a, const Filtered& b) {
     return result;
 }
 
-/// The filter of a picture, with the lumas in which it finds edges.
+/// The filter of a picture. It finds edges in luma, computed over one or two backgrounds.
 class Filter {
   public:
     Filter(const CompositeImage& picture, const Color& background)
@@ -196,8 +196,8 @@ class Filter {
     Filtered operator()(Pixel p) const {
         const Neighbourhood around(dark_, p);
         if (!light_) return filter(dark_, around, p);
-        // A pixel may have no contrast with the background over black, but then has contrast over
-        // white. Uses the luma with more contrast.
+        // An edge without contrast when black is behind the background may have contrast when
+        // white is there. Uses the luma with more contrast.
         const Neighbourhood other(*light_, p);
         return other.range > around.range ? filter(*light_, other, p) : filter(dark_, around, p);
     }
@@ -220,8 +220,8 @@ class Filter {
         return mean(across(luma, p, {0, 1}, least), across(luma, p, {1, 0}, least));
     }
 
-    /// Blends across the edge to p + step or p − step, whichever has more contrast; across both if
-    /// they have the same contrast.
+    /// Blends p with p + step or p − step, whichever has more contrast to p. If their contrasts are
+    /// equal, uses the mean of both blends.
     Filtered across(const Luma& luma, Pixel p, Pixel step, float least) const {
         const float next = std::abs(luma[p + step] - luma[p]);
         const float previous = std::abs(luma[p + -step] - luma[p]);
@@ -237,7 +237,7 @@ class Filter {
 
     const CompositeImage& picture_;
     Luma dark_;
-    /// Luma with white behind the background; empty if the background is opaque.
+    /// Luma with white behind `background`; empty if `background` is opaque.
     std::optional<Luma> light_;
 };
 
@@ -263,11 +263,11 @@ void applyFxaa(const CompositeImage& picture, const Color& background, int y0, i
 
 namespace {
 
-// Bytes to filter at once: enough to keep many threads busy, here and in the encoder.
+// The bytes to filter at once. They are enough to keep many threads busy, here and in the encoder.
 constexpr std::uint64_t kSliceBytes = 32U << 20;
 constexpr int kLeastSlice = 16, kMostSlice = 256;  // minimum and maximum number of rows per slice
 
-// Return the bytes per pixel of rows to keep, and of filtered rows.
+// Return the bytes per pixel that kept rows and filtered rows take.
 std::uint64_t keptBytes(bool tinted) {
     return CompositeImage::pixelBytes(tinted) + 2 * sizeof(float);  // pixel and two lumas
 }

@@ -13,8 +13,8 @@
 namespace peeler {
 
 /// The maximum distance, in pixels, of the search for the ends of an edge. Filtering a row needs
-/// this many rows above and below it. (FXAA 3.11 reaches 20.5 pixels with quality preset 12 and
-/// 26.5 with preset 39, in strides; this filter tests every pixel.)
+/// this number of rows above and below it. (FXAA 3.11 tests pixels in strides, and reaches 20.5
+/// pixels with quality preset 12 and 26.5 with preset 39. This filter tests every pixel.)
 inline constexpr int kFxaaReach = 24;
 
 /// Applies fast approximate anti-aliasing to the rows [y0, y1) of `picture` and writes them to
@@ -36,12 +36,13 @@ void applyFxaa(const CompositeImage& picture, const std::array<float, 4>& backgr
                int y1, CompositeImage& out);
 
 /// A sink that composites incoming bands, filters them (applyFxaa()) and passes them to another
-/// sink as bands of one layer. The result does not depend on the division of the picture into
-/// bands. Keeps the rows that later rows need: twice kFxaaReach, plus the rows being filtered.
+/// sink as bands of one layer. The result does not depend on how the picture is divided into bands.
+/// Keeps the rows that are needed to filter later rows: twice kFxaaReach, plus the rows that are
+/// being filtered.
 class FxaaFilter : public Sink {
   public:
     /// `background`: the premultiplied linear RGBA that `next` composites behind the picture. If it
-    /// is not opaque, the filter allows for any colour behind it.
+    /// is not opaque, the filter allows for any colour behind `background`.
     FxaaFilter(std::unique_ptr<Sink> next, const std::array<float, 4>& background);
 
     void begin(const Plan& plan) override;
@@ -62,7 +63,8 @@ class FxaaFilter : public Sink {
     int slice_rows_ = 0;        ///< maximum number of rows to filter at once
     int next_row_ = 0;          ///< first row that has not been passed to next_
     CompositeImage composite_;  ///< composite of the current band
-    CompositeImage kept_;       ///< rows that are still needed, from this band and earlier ones
+    /// Rows of this band and earlier bands that are needed to filter later rows.
+    CompositeImage kept_;
     CompositeImage filtered_;
     LayeredImage layer_;
     StageTimes times_;

@@ -27,8 +27,8 @@ PerChannel opacityOf(const TintedColor& color) {
 /// The weights of one list's fragments, from front to back.
 class Weights {
   public:
-    /// Returns the weight of the next fragment, which has this opacity behind a matte that
-    /// transmits `matte`.
+    /// Returns the weight of the next fragment. `opacity` is the fragment's opacity; `matte` is the
+    /// transmittance of the matte in front of the fragment.
     PerChannel next(const PerChannel& opacity, const PerChannel& matte) {
         PerChannel weight{};
         for (std::size_t c = 0; c < 3; ++c) {
@@ -47,11 +47,12 @@ class Weights {
 /// The transmittance of a matte's list at rising depths.
 class MatteList {
   public:
-    /// The list is that of `pixel`. `back` is the channel ZBack, if the matte has it.
+    /// Reads the matte's list of fragments at `pixel`. `back` is the channel ZBack, if the matte
+    /// has it.
     MatteList(const LayeredImage& matte, std::size_t pixel, const FragmentChannel& back)
         : matte_(matte), back_(back), next_(matte.offsets[pixel]), end_(matte.offsets[pixel + 1]) {}
 
-    /// Returns the transmittance at a depth; depths must not fall from one call to the next.
+    /// Returns the transmittance at depth `z`. From one call to the next, `z` must not decrease.
     PerChannel at(float z, SameDepth same_depth) {
         for (; next_ < end_; ++next_) {
             const float front = matte_.z[next_];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Holdouts: fragments as far as a matte in front of them lets them show.
+// Holdouts: removal of the light that a matte in front of the fragments blocks.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace peeler {
 
-/// The place of a matte's fragment at exactly the depth of a fragment to hold out.
+/// The place of a fragment of the matte that has exactly the same depth as a fragment of the image.
 enum class SameDepth : std::uint8_t { kBehind, kInFront };
 
 /// Holds `image` out by `matte`: afterwards, the composite of each list down to any depth is the
@@ -28,8 +28,8 @@ enum class SameDepth : std::uint8_t { kBehind, kInFront };
 /// so is the image's afterwards.
 void holdOut(LayeredImage& image, const LayeredImage& matte, SameDepth same_depth);
 
-/// Keeps only the selected fragments, held out by the others in the same way. Fragments at the same
-/// depth keep the order of their list.
+/// Keeps only the selected fragments, held out by the unselected fragments as in holdOut().
+/// Fragments at the same depth keep the order of their list.
 void holdOutSelected(LayeredImage& image, const ObjectSelection& selection);
 
 }  // namespace peeler

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/image/statistics.h"
 
-// Without the lookup table, Imath's conversions are header-only, so that core need not link
-// OpenEXR.
+// Without its lookup table, Imath's conversions are header-only, so core need not link OpenEXR.
 #define IMATH_HALF_NO_LOOKUP_TABLE
 #include <Imath/half.h>
 

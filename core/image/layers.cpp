@@ -23,13 +23,14 @@ void moveFragments(LayeredImage& image, std::size_t from, std::size_t to, std::s
 }
 
 /// Removes, in place, the fragments for which keep(layer, fragment) is false. Calls keep() once per
-/// fragment, in order, before the fragment is overwritten.
+/// fragment, in order, before the fragment can be overwritten.
 template <class Keep>
 void keepFragments(LayeredImage& image, Keep&& keep) {
     std::uint32_t kept = 0;
     for (std::size_t pixel = 0; pixel + 1 < image.offsets.size(); ++pixel) {
         const std::uint32_t first = image.offsets[pixel], count = image.count(pixel);
-        // This entry can be overwritten: the loop reads only the offsets of later pixels.
+        // The offset of this pixel can be overwritten, because the loop reads only the offsets of
+        // later pixels.
         image.offsets[pixel] = kept;
         for (std::uint32_t k = 0, end = 0; k < count; k = end + 1) {
             end = k;
@@ -63,9 +64,9 @@ DepthComplexity::DepthComplexity(const Window& crop)
     : crop_(crop), histogram_(1), row_fragments_(static_cast<std::size_t>(crop.height())) {}
 
 void DepthComplexity::addRow(int x0, int y, std::span<const std::uint32_t> counts) {
-    // Layer k's window grows by the first and the last pixel of the row with more than k fragments.
-    // In a scan from either end, a pixel matters only for layers above the highest count so far, so
-    // each scan is linear in pixels + layers.
+    // Layer k's window grows to include the first and the last pixel of the row with more than k
+    // fragments. These pixels are found by a scan from each end. In a scan, a pixel matters only
+    // for layers above the highest count so far, so a scan takes linear time in pixels + layers.
     std::uint64_t total = 0;
     std::uint32_t seen = 0;
     for (std::size_t i = 0, end = 0; i < counts.size(); i = end) {

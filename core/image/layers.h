@@ -24,7 +24,8 @@ class DepthComplexity {
     /// Adds the fragment counts of a band's pixels.
     void addBand(const LayeredImage& band);
 
-    /// Adds the statistics of another object, which has accumulated other rows of the same crop.
+    /// Adds the statistics of another object, which must have accumulated other rows of the same
+    /// crop.
     void add(const DepthComplexity& rows);
 
     /// Returns one entry for each of the nearest `limit` layers (0 = all), front to back.
@@ -51,7 +52,8 @@ class DepthComplexity {
 /// `listed` (empty = all).
 struct LayerSelection {
     std::uint32_t nearest = 0;
-    std::vector<bool> listed{};  ///< whether each layer is listed; layers beyond the end are not
+    /// Whether each layer is listed; layers beyond the end of the vector are not listed.
+    std::vector<bool> listed{};
 
     bool all() const { return nearest == 0 && listed.empty(); }
     bool holds(std::size_t layer) const {
@@ -60,8 +62,8 @@ struct LayerSelection {
     }
 };
 
-/// Removes the fragments of unselected layers, in place and from every array of `image`. The
-/// remaining fragments move up in their pixels' lists.
+/// Removes the fragments of unselected layers, in place and from every array of `image`. Fragments
+/// behind a removed one move forward in their pixel's list.
 void keepLayers(LayeredImage& image, const LayerSelection& selection);
 
 /// A set of ids: the ids in `listed` or, if `others`, all ids that are not in `listed`.
@@ -73,7 +75,8 @@ struct IdSet {
     bool holds(std::uint32_t id) const;
 };
 
-/// A selection of fragments by their channels id.object and id.material; both ids must be selected.
+/// A selection of fragments by their channels id.object and id.material. A fragment is selected if
+/// both of its ids are.
 struct ObjectSelection {
     IdSet objects{}, materials{};
 };

@@ -16,7 +16,7 @@ namespace peeler {
 namespace {
 
 constexpr std::size_t kAlphaComponent = 3;  // index in a colour's components
-/// Bytes of an object without pixels, mostly the first blocks of its two deques.
+/// Bytes that an object without pixels takes, mostly for the first blocks of its two deques.
 constexpr std::uint64_t kObjectBytes = sizeof(ObjectMasks) + 1300;
 
 float alphaOf(const LayeredImage& band, std::size_t fragment) {
@@ -67,7 +67,7 @@ void PixelRuns::fill(std::uint8_t value, std::vector<std::uint8_t>& bytes) const
 std::vector<std::uint32_t> PixelRuns::columnCounts(int height) const {
     const Window box = this->box();
     const auto rows = static_cast<std::size_t>(box.height());
-    // Transposes only the bounding box, so that its columns are contiguous.
+    // Transposes only the bounding box. In the transposed copy, columns are contiguous.
     std::vector<std::uint8_t> inside(box.pixels());
     for (const Run& run : runs_) {
         const auto y =
@@ -164,8 +164,8 @@ void ObjectMaskSink::begin(const Plan& plan) {
 SinkMemory ObjectMaskSink::memory(const Plan& plan) const {
     const std::uint64_t fragments = plan.fragments_stored;
     const std::uint64_t pixels = options_.picture.pixels();
-    // A run ends before a pixel outside the set or at the end of a row, so at most every second
-    // pixel begins a run.
+    // A run ends at the end of a row or before a pixel outside the set. So runs begin at every
+    // second pixel at most.
     const std::uint64_t every_other =
         table_.objects *
         (pixels / 2 + pixels % 2 + static_cast<std::uint64_t>(options_.picture.height()));
@@ -243,8 +243,8 @@ View canvasOf(const View& view, int times, Window& picture) {
     canvas.height += 2 * around * height;
     canvas.projection.half_width *= static_cast<double>(canvas.width) / view.width;
     canvas.projection.half_height *= static_cast<double>(canvas.height) / view.height;
-    // A pixel at x moves to x + around · width. The canvas begins `around · width` before the moved
-    // crop.
+    // In the canvas's display window, a pixel at x moves to x + around · width. The canvas begins
+    // `around · width` before the moved crop, so its first x is the crop's old one.
     canvas.crop = {view.crop.x0, view.crop.y0, view.crop.x0 + times * width,
                    view.crop.y0 + times * height};
     picture = {canvas.crop.x0 + around * width, canvas.crop.y0 + around * height,

@@ -17,14 +17,15 @@ namespace peeler {
 struct ObjectTable {
     /// Whether objects are materials (id.material) instead of nodes (id.object).
     bool by_material = false;
-    /// whether each instance is an object, numbered from its node's number
+    /// Whether each instance is an object of its own. The instances of a node are numbered from the
+    /// node's number on.
     bool instances_apart = false;
     /// The object number of each node or material, counted from 1; 0 = no object.
     std::vector<std::uint32_t> numbers;
     std::uint32_t objects = 0;  ///< the largest object number
 };
 
-/// A set of pixels of a picture, filled in row order.
+/// A set of pixels of a picture. Pixels are added row by row.
 class PixelRuns {
   public:
     /// Pixels [begin, end), counted row by row. A run never extends into another row.
@@ -35,7 +36,7 @@ class PixelRuns {
 
     explicit PixelRuns(int width = 0) : width_(static_cast<std::uint32_t>(width)) {}
 
-    /// Adds a pixel, which must be greater than all pixels added before.
+    /// Adds a pixel. Its number must be greater than the numbers of all pixels added before.
     void add(std::uint32_t pixel) {
         ++count_;
         if (!runs_.empty() && runs_.back().end == pixel && pixel % width_ != 0)
@@ -52,9 +53,9 @@ class PixelRuns {
     /// Sets the bytes of the set's pixels to `value`. `bytes` has one byte per pixel of the
     /// picture.
     void fill(std::uint8_t value, std::vector<std::uint8_t>& bytes) const;
-    /// Returns run lengths in column order, alternating between pixels outside and inside the set:
-    /// the uncompressed run lengths of COCO (maskApi.h). The first length is 0 if the first pixel
-    /// is in the set. `height`: of the picture.
+    /// Returns run lengths in column order: the uncompressed run lengths of COCO (maskApi.h). Runs
+    /// of pixels outside the set alternate with runs inside. The first run is outside; its length
+    /// is 0 if the first pixel is in the set. `height`: height of the picture.
     std::vector<std::uint32_t> columnCounts(int height) const;
 
   private:
@@ -89,17 +90,18 @@ struct ObjectLayers {
 };
 
 struct ObjectMaskOptions {
-    Window picture{};  ///< the window to mask; the rest of the crop is canvas
-    /// The visible fragment of a pixel is the first with at least this opacity (A); if there is
-    /// none, the first fragment.
+    /// The window that gets masks; the rest of the crop belongs only to the canvas.
+    Window picture{};
+    /// The minimum opacity (A) of a visible fragment. The visible fragment of a pixel is the first
+    /// with at least this opacity; if there is none, it is the first fragment.
     float see_through = 0;
     bool layers = false;           ///< whether to keep the object numbers of all fragments
     std::uint64_t more_bytes = 0;  ///< memory that the caller needs for the finished picture
 };
 
 /// A sink that receives the bands of all layers with the channel `id`, and collects the masks of
-/// every object. Holds 8 bytes per run of pixels. Amodal masks have at most one run per fragment,
-/// visible masks at most one per pixel.
+/// every object. Takes 8 bytes per run of pixels. Amodal masks have at most one run per fragment;
+/// visible masks have at most one run per pixel.
 class ObjectMaskSink final : public Sink {
   public:
     /// The table must outlive this object.
@@ -125,15 +127,17 @@ class ObjectMaskSink final : public Sink {
     const ObjectTable& table_;
     ObjectMaskOptions options_;
     std::vector<ObjectMasks> objects_;
-    /// By object: last canvas pixel, counted from 1; 0 = no pixel.
+    /// For each object: the last canvas pixel with a fragment of the object, counted from 1; 0 = no
+    /// pixel.
     std::vector<std::uint64_t> last_pixel_;
     ObjectLayers layers_;
     StageTimes times_;
 };
 
-/// Returns a view whose crop is a canvas around the crop of `view`. The canvas has `times` (odd) as
-/// many pixels in each direction, with the same size and on the same rays. Sets `picture` to the
-/// window of the original crop in the canvas. Throws Error (kUsage) if the canvas is too large.
+/// Returns a view whose crop is a canvas around the crop of `view`. The canvas has `times` (odd)
+/// times as many pixels in each direction. Pixels keep their size, and those of the original crop
+/// keep their rays. Sets `picture` to the window of the original crop in the canvas. Throws Error
+/// (kUsage) if the canvas is too large.
 View canvasOf(const View& view, int times, Window& picture);
 
 }  // namespace peeler

@@ -26,8 +26,9 @@ std::optional<double> medianDepth(const LayeredImage& image, const View& view);
 /// one value per pixel of the window.
 void midpoints(const LayeredImage& image, const Projection& projection, std::span<float> out);
 
-/// Number, bounding box and mean of world-space points. Accumulated in double precision in order of
-/// arrival, so that the results do not depend on the division of a picture into bands.
+/// The number, the bounding box and the mean of world-space points. Points are accumulated in
+/// double precision in order of arrival, so the results do not depend on how a picture is divided
+/// into bands.
 struct PointStatistics {
     std::uint64_t points = 0;
     glm::dvec3 least{std::numeric_limits<double>::infinity()};
@@ -37,7 +38,8 @@ struct PointStatistics {
     void add(const glm::dvec3& point);
     bool empty() const { return points == 0; }
 
-    /// For output. Coordinates below 1e-9 of the box's diagonal are rounding errors and become 0.
+    /// Return the box and the mean for output. Coordinates below 1e-9 of the box's diagonal are
+    /// rounding errors and become 0.
     glm::dvec3 boxMin() const { return tidy(least); }
     glm::dvec3 boxMax() const { return tidy(largest); }
     glm::dvec3 mean() const { return tidy(sum / static_cast<double>(points)); }

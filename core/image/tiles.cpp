@@ -66,7 +66,7 @@ void clearLike(const LayeredImage& like, LayeredImage& out) {
 }  // namespace
 
 std::optional<Window> findGap(std::span<const Window> tiles, const Window& whole) {
-    // All rows between two successive tile edges are covered by the same tiles.
+    // Between two successive tile edges, all rows are covered by the same tiles.
     std::vector<int> edges{whole.y0, whole.y1};
     for (const Window& tile : tiles) {
         for (const int y : {tile.y0, tile.y1}) {
@@ -121,7 +121,8 @@ std::optional<Window> joinTiles(std::span<const LayeredImage> tiles, const Windo
                     return Window{x, y, x + 1, y + 1};
             }
         }
-        // Copies each run of pixels from the same tile at once, since its fragments are contiguous.
+        // Copies each run of pixels that belong to the same tile at once, since their fragments are
+        // contiguous.
         for (std::size_t begin = 0, end = 0; begin < owners.size(); begin = end) {
             while (end < owners.size() && owners[end] == owners[begin])
                 ++end;
@@ -136,7 +137,8 @@ std::optional<Window> joinTiles(std::span<const LayeredImage> tiles, const Windo
             if (out.fragments() + count > std::numeric_limits<std::uint32_t>::max()) {
                 throw Error(ErrorKind::kMemory, "a band has more than 2^32 fragments");
             }
-            // Unsigned arithmetic: `base` may wrap around, and the sums below wrap back.
+            // This is unsigned arithmetic: `base` may wrap around below 0, and the sums below wrap
+            // back.
             const auto base = static_cast<std::uint32_t>(out.fragments() - first);
             for (std::size_t i = 1; i <= end - begin; ++i)
                 out.offsets.push_back(base + tile.offsets[pixel + i]);

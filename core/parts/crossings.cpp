@@ -62,8 +62,8 @@ Interval cut(const Corners3& t, const Distances& d, const glm::dvec3& along) {
     return interval;
 }
 
-/// Returns the gap between two coplanar triangles; negative if they overlap. It is the largest gap
-/// along a normal of their edges.
+/// Returns the gap between two coplanar triangles: the largest gap along the normal of any of their
+/// edges. The gap is negative if the triangles overlap.
 double planarGap(const Corners3& a, const Corners3& b, const glm::dvec3& normal) {
     double gap = -std::numeric_limits<double>::infinity();
     for (const Corners3* t : {&a, &b}) {
@@ -85,8 +85,8 @@ Meeting planarMeeting(const Corners3& a, const Corners3& b, int shared, double n
     const double gap = planarGap(a, b, na);
     if (gap > near) return Meeting::kApart;
     if (gap >= -near) return shared > 0 ? Meeting::kApart : Meeting::kTouch;
-    // Overlapping faces that look in opposite directions are the contact of two bodies. If they
-    // share a corner, the surface is folded onto itself.
+    // Where two bodies are in contact, faces overlap and look in opposite directions. If such faces
+    // share a corner, the surface is folded onto itself instead.
     if (glm::dot(na, nb) < 0 && shared == 0) return Meeting::kTouch;
     return Meeting::kCross;
 }
@@ -102,8 +102,8 @@ Meeting meetingOf(const Corners3& a, const Corners3& b, int shared, double near)
     if (allOnOneSide(da)) return Meeting::kApart;
     const bool flat = db == Distances{} || da == Distances{};
     if (flat) {
-        // If only one triangle lies in the other's plane, one of them is a sliver with an arbitrary
-        // plane. Slivers do not count as crossing.
+        // If only one of the triangles lies in the plane of the other, one is a sliver, whose plane
+        // is arbitrary. Slivers do not count as crossing.
         if (db != Distances{} || da != Distances{})
             return shared > 0 ? Meeting::kApart : Meeting::kTouch;
         return planarMeeting(a, b, shared, near);
@@ -122,8 +122,9 @@ namespace {
 using CrossingPair = std::pair<std::uint32_t, std::uint32_t>;
 
 constexpr std::size_t kCrossedAtOnce = 64;
-/// The step limit of findCrossings(): kCrossingSteps, plus kCrossingStepsPerTriangle per triangle.
-/// A comparison of two triangles is one step; storing a pair is kCrossingStepsPerPair steps.
+/// The step limit of findCrossings() is kCrossingSteps, plus kCrossingStepsPerTriangle for each
+/// triangle. A comparison of two triangles takes one step; storing a pair takes
+/// kCrossingStepsPerPair steps.
 constexpr std::uint64_t kCrossingSteps = 20'000'000, kCrossingStepsPerTriangle = 100,
                         kCrossingStepsPerPair = 10;
 constexpr std::uint64_t kFirstCrossingSteps = 1'000'000;
@@ -178,8 +179,8 @@ Crossings findCrossings(const TriangleTree& tree, const Progress& progress) {
             find(t, shares[i], limit);
     });
     if (found.more) {
-        // Thread timing decides which pairs are found before the limit, so the first pairs are
-        // found again on one thread.
+        // Thread timing decides which pairs are found before the limit is reached. To make the
+        // result repeatable, the first pairs are found again on one thread.
         StepLimit first(kFirstCrossingSteps);
         for (std::size_t t = 0; t < count && !first.exceeded(); ++t)
             find(t, found.pairs, first);

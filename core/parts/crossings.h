@@ -36,8 +36,8 @@ struct Crossings {
     bool more = false;  ///< whether `pairs` is incomplete, because a step limit was reached
     /// Pairs in ascending order; the smaller index of a pair comes first.
     std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
-    /// Per triangle: 1 if another triangle crosses it, or touches it without sharing a corner.
-    /// Incomplete if `more`.
+    /// For each triangle: 1 if another triangle crosses it, or touches it without sharing a corner.
+    /// Incomplete if `more` is true.
     std::vector<char> touched;
 };
 Crossings findCrossings(const TriangleTree& tree, const Progress& progress = {});

@@ -49,7 +49,8 @@ Polygon halfOf(const Polygon& polygon, int axis, double value, double side) {
     return half;
 }
 
-/// Whether segment pq passes through a convex polygon. A segment within `slack` of a side does not.
+/// Whether the segment pq passes through a convex polygon, not only along a side. Segments within
+/// `slack` of a side are taken to run along it.
 bool goesThrough(const glm::dvec2& p, const glm::dvec2& q, const Polygon& polygon, double slack) {
     int left = 0, right = 0;
     for (std::size_t i = 0; i < polygon.size(); ++i) {
@@ -64,8 +65,8 @@ bool goesThrough(const glm::dvec2& p, const glm::dvec2& q, const Polygon& polygo
     return left > 0 && right > 0;
 }
 
-/// Returns the change of the winding number where the segment from a to b crosses segment pq; 0 if
-/// they do not cross.
+/// Returns the change of the winding number on the way from a to b, where segment ab crosses
+/// segment pq; 0 if they do not cross.
 int changeAt(const glm::dvec2& p, const glm::dvec2& q, const glm::dvec2& a, const glm::dvec2& b) {
     if ((cross(b - a, p - a) > 0) == (cross(b - a, q - a) > 0)) return 0;
     return (cross(q - p, b - p) > 0 ? 1 : 0) - (cross(q - p, a - p) > 0 ? 1 : 0);
@@ -90,7 +91,7 @@ double distanceTo(const glm::dvec2& p, const glm::dvec2& q, const glm::dvec2& at
     return glm::length(at - p - share * along);
 }
 
-/// Returns a point inside a convex polygon, away from its lines of symmetry.
+/// Returns a point inside a convex polygon, off the polygon's lines of symmetry.
 glm::dvec2 oddMiddle(const Polygon& polygon) {
     glm::dvec2 sum(0);
     double weights = 0;
@@ -144,9 +145,9 @@ void FreeArea::add(const std::array<glm::dvec3, 3>& other, bool before) {
         away += std::abs(d[i]) > near_ ? 1 : 0;
     }
     if (away == 0) {
-        // A convention for coplanar triangles. If two face the same way, the one with the lower
-        // index is in front. If they face opposite ways, each is in front of the other, as if there
-        // were a gap between their bodies.
+        // Coplanar triangles follow a convention. If two triangles face the same way, the one with
+        // the lower index is in front. If they face opposite ways, each is in front of the other,
+        // as if there were a gap between their bodies.
         const glm::dvec3 facing = glm::cross(other[1] - other[0], other[2] - other[0]);
         if (glm::dot(facing, normal_) > 0 && !before) return;
         const std::array corners{flat(other[0]), flat(other[1]), flat(other[2])};
@@ -156,9 +157,10 @@ void FreeArea::add(const std::array<glm::dvec3, 3>& other, bool before) {
         return;
     }
     if (above == 0 || above == 3) return;
-    // The segment where the other triangle meets a plane just in front of this one, so a corner
-    // within `near_` counts as below it. The segment runs from the side that descends through the
-    // plane to the side that ascends, so the other triangle's body is on its left.
+    // The line is the segment where the other triangle crosses a plane just in front of this
+    // triangle; so a corner within `near_` counts as below the plane. The segment begins at the
+    // other triangle's side that descends through the plane and ends at the side that ascends. So
+    // the other triangle's body is to the left of the segment.
     Line line{};
     for (std::size_t i = 0; i < 3; ++i) {
         const std::size_t k = (i + 1) % 3;
@@ -198,8 +200,8 @@ FreeArea::Place FreeArea::firstPlace() const {
     return place;
 }
 
-/// Returns the point `at` of a cell with the winding number there. The segment from `from` to `at`
-/// must stay in the cell, so that it crosses only lines in `lines`.
+/// Returns the point `at` with its winding number, given the point `from` of the same cell. `lines`
+/// must include all lines that pass through the cell.
 FreeArea::Place FreeArea::moved(const Place& from, const glm::dvec2& at,
                                 const std::vector<Line>& lines) {
     Place to{at, from.winding};
@@ -226,8 +228,8 @@ double FreeArea::inCell(const Polygon& cell, const std::vector<Line>& lines, con
             for (const Line& line : lines)
                 if (goesThrough(line.p, line.q, halves[i], 0)) through[i].push_back(line);
         }
-        // Halving along this axis is not worth it if most lines pass through both halves, for
-        // example coincident lines.
+        // Halving along this axis is useless if most lines pass through both halves. Coincident
+        // lines are an example.
         if (4 * (through[0].size() + through[1].size()) > 7 * lines.size()) continue;
         double area = 0;
         for (const std::size_t i : {0U, 1U})
@@ -271,8 +273,8 @@ double FreeArea::inTrapezoids(const Polygon& cell, const std::vector<Line>& line
     return area;
 }
 
-/// Returns the free length of a cell's section at this x. The section must contain no corners or
-/// crossings.
+/// Returns the free length of a cell's section at this x. Lines must not end or cross in the
+/// section.
 double FreeArea::freeLength(const Polygon& cell, const std::vector<Line>& lines, const Place& known,
                             double x) {
     double low = kFarAway, high = -kFarAway;
@@ -289,7 +291,7 @@ double FreeArea::freeLength(const Polygon& cell, const std::vector<Line>& lines,
             steps_.emplace_back(*y, p.x < q.x ? 1 : -1);
     steps_.emplace_back(high, 0);
     std::sort(steps_.begin(), steps_.end());
-    // The winding number is most reliable in the middle of the longest interval.
+    // Begins in the middle of the longest interval, where the winding number is most reliable.
     const auto lengthOf = [&](std::size_t i) { return steps_[i + 1].first - steps_[i].first; };
     std::size_t longest = 0;
     for (std::size_t i = 1; i + 1 < steps_.size(); ++i)

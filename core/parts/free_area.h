@@ -31,8 +31,8 @@ class FreeArea {
 
   private:
     using Polygon = std::vector<glm::dvec2>;  ///< corners of a convex polygon
-    /// A segment along which another triangle crosses the plane. The winding number in front of the
-    /// plane is greater by one to the left of the segment.
+    /// A segment along which another triangle crosses the plane. Across the segment, the winding
+    /// number in front of the plane changes by one; the left side has the greater number.
     struct Line {
         glm::dvec2 p, q;
     };
@@ -64,8 +64,8 @@ class FreeArea {
     std::vector<Line> lines_;
     /// Coplanar triangles that are in front by the convention of add().
     std::vector<std::array<glm::dvec2, 3>> covers_;
-    /// Scratch of freeLength(): the heights where lines cross the vertical at x, and the change of
-    /// the winding number at each height, going up.
+    /// Scratch storage of freeLength(): the heights at which lines cross the vertical line at x,
+    /// and the change of the winding number at each of them, going up.
     std::vector<std::pair<double, int>> steps_;
 };
 

@@ -11,8 +11,8 @@
 namespace peeler {
 namespace {
 
-/// Welds equal positions into points, which are numbered in order of appearance. Returns the point
-/// of each position. Appends each point's first position index to `firsts`.
+/// Welds equal positions into points, and numbers the points in order of appearance. Returns the
+/// point of each position. Appends to `firsts`, for each point, the index of its first position.
 template <class T>
 std::vector<std::uint32_t> weldedPlaces(const std::vector<glm::vec<3, T>>& places,
                                         std::vector<std::uint32_t>& firsts) {
@@ -140,7 +140,7 @@ struct TriangleSide {
     PartEdge edge;
     std::uint32_t triangle = 0;
     std::uint8_t side = 0;
-    bool forward = false;  ///< whether the triangle runs along the edge from a to b
+    bool forward = false;  ///< whether the triangle traverses the edge from a to b
 };
 
 std::vector<TriangleSide> sortedSides(const PartMesh& mesh) {

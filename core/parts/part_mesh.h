@@ -84,8 +84,8 @@ struct PartTopology {
     std::vector<std::uint32_t> turned;
     std::vector<PartShell> shells;
     std::vector<std::uint32_t> shell_of;  ///< index of each triangle's shell
-    /// Per triangle and side (from corner i to i + 1): the triangle across the side, or kNoTriangle
-    /// unless there is exactly one.
+    /// For each side of each triangle (from corner i to i + 1): the triangle across the side;
+    /// kNoTriangle unless exactly one triangle is there.
     std::vector<std::array<std::uint32_t, 3>> beyond;
 
     bool closed() const { return open.empty(); }

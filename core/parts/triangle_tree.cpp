@@ -41,15 +41,16 @@ CheckedLine::CheckedLine(const glm::dvec3& origin, const glm::dvec3& direction)
 }
 
 bool CheckedLine::meets(const Bounds& box, double from, double to) const {
-    // If a component of the direction is 0, its inverse is infinite. The comparisons below handle
-    // infinities; NaN (an origin in the plane of a side) leaves `from` and `to` unchanged. The
-    // constructor turns −0 into +0; otherwise, the far side could be at −infinity.
+    // If a component of the direction is 0, its inverse is infinite, and so may be `near` and
+    // `far`. The comparisons below are correct for infinities. They leave `from` and `to` unchanged
+    // for NaN, which results if the origin is in the plane of a side. The constructor turns −0 into
+    // +0; otherwise, the far side could be at −infinity.
     constexpr double kSlack = 1e-12;
     for (int i = 0; i < 3; ++i) {
         double near = (box.min[i] - origin_[i]) * inverse_[i];
         double far = (box.max[i] - origin_[i]) * inverse_[i];
         if (near > far) std::swap(near, far);
-        // Rounding must not lose triangles that lie in a side of their box.
+        // Allows for rounding, so that no triangle is lost that lies in a side of its box.
         near *= near > 0 ? 1 - kSlack : 1 + kSlack;
         far *= far > 0 ? 1 + kSlack : 1 - kSlack;
         if (near > from) from = near;
@@ -124,7 +125,8 @@ void TriangleTree::build(std::uint32_t node, std::uint32_t begin, std::uint32_t 
 
 int TriangleTree::windingInFront(const glm::dvec3& point, const glm::dvec3& normal,
                                  double near) const {
-    // Cosine; rays at a smaller cosine stay too close to the surface.
+    // The minimum cosine between ray and normal. Rays with a smaller cosine stay too close to the
+    // surface.
     constexpr double kLeast = 0.15;
     constexpr double kEnd = std::numeric_limits<double>::infinity();
     int winding = 0;

@@ -90,7 +90,8 @@ class TriangleTree {
   private:
     struct Node {
         Bounds box;
-        /// Leaf: index into order_; inner node: index of the first of two children.
+        /// For a leaf: index into order_. For an inner node: index of the first of its two
+        /// children.
         std::uint32_t first = 0;
         std::uint32_t count = 0;  ///< number of triangles of a leaf; 0 for inner nodes
     };

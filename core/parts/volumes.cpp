@@ -15,7 +15,7 @@
 namespace peeler {
 namespace {
 
-/// Returns the number of closed shells around a shell: those that a ray from the shell crosses an
+/// Returns the number of closed shells around a shell. A ray from the shell crosses each of them an
 /// odd number of times.
 std::size_t depthOf(const TriangleTree& tree, const PartTopology& topology, std::uint32_t shell) {
     const PartMesh& mesh = tree.mesh();
@@ -53,8 +53,8 @@ std::vector<ShellSide> findSides(const TriangleTree& tree, const PartTopology& t
     parallelFor(sides.size(), [&](std::size_t i) {
         const PartShell& shell = topology.shells[i];
         if (shell.open_edges > 0 || !shell.orientable) return;
-        // A flat shell has half of its area on each side, so this is the maximum volume between
-        // touching sides.
+        // A flat shell has half of its area on each side. If the two sides touch, `near * area / 2`
+        // is its maximum volume.
         if (std::abs(shell.volume) <= near * shell.area / 2) {
             sides[i] = ShellSide::kFlat;
             return;
@@ -99,11 +99,11 @@ double volumeOf(const PartMesh& mesh) {
 
 namespace {
 
-/// Limits of unionVolume(), in steps of FreeArea. They allow a few seconds.
+/// The step limits of unionVolume(), in steps of FreeArea. They allow for a few seconds.
 constexpr std::uint64_t kUnionSteps = 30'000'000, kUnionStepsPerTriangle = 1000;
 
 /// Groups untouched triangles into connected patches. All triangles of a patch have the same bodies
-/// in front, so one test per patch is enough.
+/// in front of them, so one test per patch is enough.
 std::vector<std::vector<std::uint32_t>> patchesOf(const PartTopology& topology,
                                                   const std::vector<char>& touched) {
     std::vector<std::vector<std::uint32_t>> patches;

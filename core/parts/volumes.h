@@ -20,7 +20,7 @@ enum class ShellSide : std::uint8_t {
     kFlat,       ///< the shell's two sides touch, so it encloses nothing
     kOutside,    ///< boundary of a body: faces outwards, an even number of shells around it
     kCavity,     ///< inner surface of a cavity: faces inwards, an odd number of shells around it
-    kInsideOut,  ///< the shell faces inwards although an even number of shells surround it
+    kInsideOut,  ///< faces inwards although an even number of shells surround it
     kInside,     ///< faces outwards, an odd number of shells around it: bodies overlap
 };
 

@@ -19,8 +19,8 @@ namespace {
 
 constexpr std::size_t kWallsAtOnce = 512;
 constexpr std::size_t kPairsAtOnce = 1 << 16;
-/// Limits of thinnestWall(), in steps. A step is one visit of a triangle; a ray takes about
-/// kWallStepsPerRay.
+/// The step limits of thinnestWall(). A visit of a triangle is one step; a ray takes about
+/// kWallStepsPerRay steps.
 constexpr std::uint64_t kWallSteps = 100'000'000, kWallStepsPerTriangle = 1000,
                         kWallStepsPerRay = 4000;
 constexpr double kEnd = std::numeric_limits<double>::infinity();
@@ -44,8 +44,8 @@ class WallRays {
                         if (t == triangle) return;
                         const auto hit = line.meets(tree_.mesh().corners(t));
                         if (!hit || hit->t > below) return;
-                        // Surfaces in contact with this one are skipped if the ray enters through
-                        // them here, and kept if it leaves through them.
+                        // For surfaces in contact with this one: hits where the ray enters are
+                        // skipped, and hits where the ray leaves are kept.
                         if (hit->t < (hit->leaves ? -kSlack * near_ : kSlack * near_)) return;
                         hits_.push_back(*hit);
                         hits_.back().triangle = t;
@@ -55,7 +55,7 @@ class WallRays {
         });
         int inside = 1;
         for (const LineHit& hit : hits_) {
-            // At an edge, the ray may enter a body once or twice, so the count is unknown.
+            // If the ray enters at an edge, it may enter one body or two, so the count is unknown.
             if (hit.on_edge && !hit.leaves) return std::nullopt;
             inside += hit.leaves ? -1 : 1;
             if (inside > 0) continue;
@@ -72,7 +72,7 @@ class WallRays {
     static const double kFacing;
 
   private:
-    // The tolerance for surfaces in contact, as a fraction of near_. It covers only rounding.
+    // The tolerance for surfaces in contact, as a fraction of near_. It allows only for rounding.
     static constexpr double kSlack = 1e-6;
 
     const TriangleTree& tree_;
@@ -94,7 +94,7 @@ void sampleWall(std::size_t triangle, WallRays& rays, const PartMesh& mesh,
 }
 
 /// Returns the thinnest wall that rays from the middles of all triangles find. Samples a few
-/// triangles first, so that the other rays can end early.
+/// triangles first; the other rays can end at the thickness found there.
 std::optional<Wall> sampledWall(const TriangleTree& tree, StepLimit& limit,
                                 const Progress& progress) {
     constexpr std::size_t kFirst = 1000;
@@ -117,7 +117,7 @@ std::optional<Wall> sampledWall(const TriangleTree& tree, StepLimit& limit,
     return thinnest;
 }
 
-/// A pair of faces that overlap, as seen along the normal of the first face.
+/// A pair of faces that overlap when seen along the normal of the first face.
 struct FacePair {
     double least = 0;  ///< minimum distance from the first face to the second
     glm::dvec3 at{0};  ///< point on the first face at the minimum distance
@@ -145,8 +145,8 @@ void cutPolygon(std::vector<glm::dvec3>& polygon, std::vector<glm::dvec3>& scrat
     polygon.swap(scratch);
 }
 
-/// Finds the pairs of a face with faces behind it that come closer than a bound and sort after a
-/// given pair.
+/// Finds pairs of a face and a face behind it. A pair is found if the faces come closer than a
+/// bound, and if the pair sorts after a given pair.
 class FacePairs {
   public:
     FacePairs(const TriangleTree& tree, double below, const std::optional<FacePair>& after)
@@ -294,8 +294,8 @@ std::vector<FacePair> firstPairs(const TriangleTree& tree, double below,
 /// Finds a thinner wall between the faces of a pair.
 std::optional<Wall> wallBetween(const FacePair& pair, const TriangleTree& tree, WallRays& rays,
                                 double below, StepLimit& limit) {
-    // Another body may lie between the faces at their closest point, but not nearer to the middle
-    // of their overlap, so several points are tried.
+    // Another body may lie between the faces at their closest point, but perhaps not nearer to the
+    // middle of their overlap. So several points between the two are tried.
     for (const double share : {1e-7, 1e-4, 1e-2, 0.1, 0.3, 0.6, 1.0}) {
         limit.take(kWallStepsPerRay);
         const glm::dvec3 from = glm::mix(pair.at, pair.middle, share);
@@ -352,7 +352,7 @@ std::vector<PartEdge> sharpEdges(const PartMesh& mesh, const PartTopology& topol
                 else
                     (common++ == 0 ? edge.a : edge.b) = point;
             }
-            // The sharp angle encloses material only if the third corner of the other face lies
+            // A sharp angle encloses material only if the third corner of the other face lies
             // behind this face.
             if (glm::dot(normal, tip - mesh.points[edge.a]) >= 0) continue;
             if (edge.b < edge.a) std::swap(edge.a, edge.b);

@@ -24,8 +24,8 @@ struct Wall {
 /// opposite directions. Faces that share a corner form an edge instead of a wall, however thin the
 /// part becomes near the edge.
 inline constexpr double kWallAngle = 30;
-/// The relative tolerance of thinnestWall(): no wall is thinner than the returned wall by more than
-/// this fraction.
+/// The relative tolerance of thinnestWall(). Any thinner wall is thinner than the returned one by
+/// at most this fraction.
 inline constexpr double kWallTolerance = 1e-4;
 
 /// The result of a search for the thinnest wall.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Counted A-buffer. The count pass has sized every pixel's list exactly, so one geometry pass
-// stores all fragments, in order of arrival.
+// Counted A-buffer. The count pass gives the exact size of every pixel's list. One geometry pass
+// then stores all fragments, in order of arrival.
 #include "core/capture/method.h"
 #include "core/capture/scene_rasterizer.h"
 

@@ -33,26 +33,27 @@ class CompositeTargets {
     /// Allocates textures of the rasterizer's tile size if necessary, and clears `area`.
     void begin(SceneRasterizer& rasterizer, const Window& area, unsigned parts);
 
-    /// Returns a framebuffer with these parts, in the order of Part. The tail's sum precedes its
-    /// count.
+    /// Returns a framebuffer that has these parts as attachments, in the order of Part. The tail
+    /// has two attachments: its sum, then its count.
     GLuint framebuffer(const SceneRasterizer& rasterizer, unsigned parts);
     std::vector<GLuint> textures(unsigned parts) const;
-    /// Returns the blend modes for a framebuffer with these parts after `first` other attachments
-    /// that are not blended.
+    /// Returns the blend modes for a framebuffer with these parts. The first `first` attachments
+    /// are other targets, which are not blended.
     static std::array<gl::Blend, gl::kMaxAttachments> blending(unsigned parts,
                                                                std::size_t first = 0);
 
-    /// Sums all fragments behind the nearest `last` layers, in one geometry pass.
+    /// Adds all fragments behind the nearest `last` layers to the tail's sums, in one geometry
+    /// pass.
     int addTail(SceneRasterizer& rasterizer, const Window& area, const LayerTargets& layers,
                 std::uint32_t last);
-    /// Sums all fragments or, with an opaque bound, the fragments in front of it, in one geometry
-    /// pass.
+    /// Adds all fragments to the tail's sums, in one geometry pass. With an opaque bound, adds only
+    /// the fragments in front of it.
     int addFragments(SceneRasterizer& rasterizer, const Window& area);
-    /// Blends over the back, in draw order, the fragments that addFragments() would sum. Takes one
+    /// Blends over the back, in draw order, the same fragments that addFragments() takes. Needs one
     /// geometry pass, or two if opacity is coloured.
     int blendUnsorted(SceneRasterizer& rasterizer, const Window& area);
     /// With Surfaces::kVisible, draws the nearest opaque surface into the back. Returns the number
-    /// of geometry passes, 0 for other settings.
+    /// of geometry passes; with other settings, does nothing and returns 0.
     int addOpaque(SceneRasterizer& rasterizer, const Window& area);
     /// Blends a texture of premultiplied colours over the back.
     void blendOverBack(SceneRasterizer& rasterizer, const Window& area, GLuint texture);
@@ -71,8 +72,8 @@ class CompositeTargets {
 };
 
 /// Peels `area.layers` layers front to back, blends each under the front, then adds the tail. The
-/// caller must first call begin() of `layers` and of `targets`, and may exclude pixels there.
-/// Returns the number of geometry passes.
+/// caller must first call begin() of `layers` and of `targets`. The caller may then exclude pixels
+/// in both. Returns the number of geometry passes.
 int compositeNearestFirst(SceneRasterizer& rasterizer, const CompositeArea& area,
                           LayerTargets& layers, CompositeTargets& targets);
 

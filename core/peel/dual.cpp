@@ -91,9 +91,10 @@ class Dual final : public LayerMethod {
     PingPong ranges_;
 };
 
-/// The common part of both variants that composite on the fly: the ranges, and the pixels where
-/// fragments coincide at a peeled depth. Such pixels lack fragments, so they are peeled again from
-/// the front, by keys that distinguish coincident fragments.
+/// The common part of both variants that composite on the fly: the depth ranges, and the handling
+/// of pixels where fragments coincide at a peeled depth. The composites of such pixels lack
+/// fragments. So these pixels are peeled again from the front, by keys that distinguish coincident
+/// fragments.
 class DualComposite : public CompositeMethod {
   public:
     std::uint64_t tileBytes(std::uint64_t tile_pixels,
@@ -108,8 +109,9 @@ class DualComposite : public CompositeMethod {
         ranges_.allocate(rasterizer, GL_RG32F);
         drawFirstRange(rasterizer, area.window, ranges_.side(0));
         begin(rasterizer, area.window);
-        // `all` passes peel every layer, since each pass peels one from either end. With a limit
-        // and no tail, area.layers passes are enough: the front alone then reaches the limit.
+        // After `all` passes, every layer is peeled, since each pass peels one layer from either
+        // end. With a limit and no tail, area.layers passes are enough: by then, the front alone
+        // reaches the limit.
         const std::uint32_t all = (area.deepest + 1) / 2;
         const int passes = static_cast<int>(area.tail ? all : std::min(area.layers, all));
         for (int pass = 1; pass <= passes; ++pass) {
@@ -163,7 +165,8 @@ int DualComposite::finishShort(SceneRasterizer& rasterizer, const CompositeArea&
                                .definitions = hasTail() ? "TAIL" : "",
                                .framebuffer = targets_.framebuffer(rasterizer, parts_)},
                               area.window);
-    // The next pass writes the list heads that this one reads.
+    // This barrier is needed because the next pass writes the list heads that the previous pass
+    // reads.
     rasterizer.functions().MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
     layers_.beginFinished(rasterizer, area.window);
     rasterizer.drawFullScreen({.fragment_shader = "reopen_pixels.frag",
@@ -175,8 +178,8 @@ int DualComposite::finishShort(SceneRasterizer& rasterizer, const CompositeArea&
     return compositeNearestFirst(rasterizer, again, layers_, targets_);
 }
 
-/// The variant with a blend equation per target, as the paper anticipates. The geometry pass blends
-/// front layers under the front composite, and back layers over the back composite.
+/// The variant with a blend equation for each target, which the paper anticipates. The geometry
+/// pass blends front layers under the front composite, and back layers over the back composite.
 class IndependentBlending final : public DualComposite {
   protected:
     void peel(SceneRasterizer& rasterizer, const Window& area, int pass) override {
@@ -192,8 +195,9 @@ class IndependentBlending final : public DualComposite {
 };
 
 /// The paper's variant: MAX blending for all targets, since GPUs of 2008 had a single blend
-/// equation. MAX needs non-negative colours, as all colours here are. The front composite only
-/// grows, so each pass writes it anew from the previous one. The back is blended after each pass.
+/// equation. MAX needs non-negative colours, and all colours here are. The values of the front
+/// composite never decrease. So each pass computes the front composite from that of the previous
+/// pass, and MAX keeps the newer values. The back is blended after each pass.
 class MaxBlending final : public DualComposite {
   public:
     std::uint64_t tileBytes(std::uint64_t tile_pixels,

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Front-to-back depth peeling (Everitt, "Interactive Order-Independent Transparency", 2001). The
-// key is (depth, primitive) instead of only depth, so coincident fragments are peeled one by one.
-// The count pass has counted the layers, so Everitt's occlusion query after each pass is not
-// needed.
+// Front-to-back depth peeling (Everitt, "Interactive Order-Independent Transparency", 2001). Keys
+// are (depth, primitive) instead of only depth, so that coincident fragments are peeled one by one.
+// The count pass has counted the layers, which makes Everitt's occlusion query after each pass
+// unnecessary.
 #include "core/peel/composite_targets.h"
 
 namespace peeler {
 namespace {
 
 /// Blends each layer under the layers in front: C += (1 − A)·c, A += (1 − A)·a. Accumulates the
-/// opacity A, because Everitt's product of transmittances would round differently from
+/// opacity A instead of Everitt's product of transmittances, which would round differently from
 /// compositeOver().
 class FrontToBackComposite final : public CompositeMethod {
   public:

@@ -20,15 +20,15 @@ struct PeelDirection {
     gl::DepthTest depth_test;      ///< selects the next fragment beyond the previous layer
     float first_depth;             ///< depth of the key before the first layer
     GLuint first_primitive;
-    float empty_depth;  ///< depth of a pixel without the layer; its primitive is 0
+    float empty_depth;  ///< depth that marks a pixel without the layer; the pixel's primitive is 0
 };
 
-/// From the front. The first key is in front of all fragments: the near plane has depth 1, and keys
-/// start at 1.
+/// Peeling from the front. The key before the first layer is in front of all fragments: the near
+/// plane has depth 1, and fragments' keys start at 1.
 inline constexpr PeelDirection kNearestFirst = {true, "", gl::DepthTest::kNearest, 1, 0, 0};
-/// From behind. The first key is behind all fragments, since no fragment has depth 0. A pixel
-/// without the layer gets the key (1, 0). No fragment is in front of this key, so the pixel stays
-/// finished.
+/// Peeling from behind. The key before the first layer is behind all fragments, since no fragment
+/// has depth 0. A pixel without the layer gets the key (1, 0). No fragment is in front of this key,
+/// so the pixel stays finished.
 inline constexpr PeelDirection kFarthestFirst = {false, "BACKWARD",  gl::DepthTest::kFarthest,
                                                  0,     0xFFFFFFFFU, 1};
 
@@ -68,7 +68,7 @@ class LayerTargets {
     static int sideOf(std::uint32_t layers) { return static_cast<int>((layers + 1) % 2); }
 
     /// Appends the layer of side `i` to the band's lists: one fragment for every pixel of `area`
-    /// with this layer.
+    /// that has this layer.
     void store(SceneRasterizer& rasterizer, const Window& area, int i) const;
     /// Runs blend_layer.frag on the layer of side `i`. `pass` must be complete except for its
     /// shader.
@@ -76,8 +76,7 @@ class LayerTargets {
 
   private:
     void allocate(const SceneRasterizer& rasterizer);
-    /// Sets the key of side `i` in `area`. To store() and blend(), primitive 0 means that there is
-    /// no fragment.
+    /// Sets the key of side `i` in `area`. store() and blend() treat primitive 0 as no fragment.
     void clear(const SceneRasterizer& rasterizer, const Window& area, int i, float depth,
                GLuint primitive) const;
 
@@ -96,8 +95,8 @@ class PeeledLayers final : public LayerMethod {
   public:
     explicit PeeledLayers(const PeelDirection& direction) : direction_(direction) {}
 
-    // When peeling from behind, a layer's index from the front is unknown until all layers are
-    // peeled, so the lists are sorted afterwards.
+    // Peeling from behind gives layers whose index from the front is unknown until all layers are
+    // peeled. So the lists are sorted afterwards.
     bool takesAll() const override { return !direction_.nearest_first; }
 
     std::uint64_t tileBytes(std::uint64_t tile_pixels,

@@ -31,8 +31,9 @@ class TwoPass final : public LayerMethod {
     LayerTargets layers_;
 };
 
-/// Ping-pong compositing, for GPUs that cannot blend into float targets. Each layer is composited
-/// under the layers in front. The composite is read from one texture and written to the other.
+/// Ping-pong compositing, for GPUs that cannot blend into float targets. Composites each layer
+/// under the layers in front: reads the previous composite from one texture, and writes the new
+/// composite to the other.
 class TwoPassComposite final : public CompositeMethod {
   public:
     std::uint64_t tileBytes(std::uint64_t tile_pixels,
@@ -45,7 +46,8 @@ class TwoPassComposite final : public CompositeMethod {
     int composite(SceneRasterizer& rasterizer, const CompositeArea& area) override {
         const auto& gl = rasterizer.functions();
         constexpr auto kBack = CompositeTargets::kBack;
-        // Chosen so that the last layer ends up in targets_, where the tail is added behind it.
+        // The order of the sides is such that the last layer ends up in targets_, where the tail is
+        // added behind it.
         std::array<CompositeTargets*, 2> sides = {&targets_, &other_};
         if (area.layers % 2 == 0) std::swap(sides[0], sides[1]);
         targets_.begin(rasterizer, area.window, kBack | (area.tail ? CompositeTargets::kTail : 0U));

@@ -11,8 +11,8 @@ namespace {
 constexpr int kMostBits = 16;
 // The grid extends 2^kHalfBits steps from the picture's centre in each direction.
 constexpr int kHalfBits = 30;
-// A pinhole's rays begin at this fraction of the near plane's distance, and triangles are cut
-// there. The cut is nearer than the near plane, so it is never visible, but far enough from the
+// A pinhole's rays begin at this fraction of the near plane's distance. Triangles are cut there.
+// The cut is never visible, because it is nearer than the near plane. It is far enough from the
 // pinhole to keep projected coordinates bounded.
 constexpr double kNearestShare = 1.0 / 1024;
 
@@ -78,8 +78,9 @@ SnappedCorner snapped(const PlacedCorner& corner) {
 
 namespace {
 
-/// Clips a polygon to the side where `inside` is not negative. The cut of an edge is always
-/// computed from the end on this side, so both adjacent triangles get the same result.
+/// Clips a polygon to the side where `inside` is not negative. The point where an edge is cut is
+/// always computed from the edge's end on this side, so both triangles at the edge get the same
+/// point.
 template <class Inside>
 void keepInside(PlacedPolygon& polygon, Inside&& inside) {
     PlacedPolygon kept;
@@ -111,7 +112,7 @@ PlacedPolygon CornerPlacement::placedPolygon(const std::array<glm::vec3, 3>& pos
     if (perspective_) {
         keepInside(polygon, [&](const PlacedCorner& c) { return c.z - nearest_; });
         for (std::size_t i = 0; i < polygon.corners; ++i) {
-            // Rounding may have moved a corner on the cut to the camera's side.
+            // Rounding may have moved a corner from the cut plane towards the camera.
             polygon.corner[i].z = std::max(polygon.corner[i].z, nearest_);
             project(polygon.corner[i]);
         }

@@ -24,7 +24,7 @@ struct SnappedCorner {
 /// A grid with 2^bits steps between neighbouring rays of a view. Every ray is on a grid point.
 /// There are 65,536 steps, or fewer for pictures of more than 16,384 pixels per side, so that
 /// products of two grid distances fit into 64 bits. The grid depends only on the display window,
-/// not on the crop. It extends beyond the picture on all sides. Triangles are clipped to it
+/// not on the crop. The grid extends beyond the picture on all sides; triangles are clipped to it
 /// (placedPolygon()).
 class CornerGrid {
   public:
@@ -55,7 +55,7 @@ inline bool isOnGrid(double value) {
 }
 
 /// A clipped triangle. It has at most eight corners, since each of the five clipping planes adds at
-/// most one.
+/// most one corner.
 struct PlacedPolygon {
     std::array<PlacedCorner, 8> corner;
     std::size_t corners = 0;
@@ -74,7 +74,7 @@ class CornerPlacement {
     /// Returns the grid position of the view's axis.
     const glm::dvec2& middle() const { return middle_; }
 
-    /// Places a corner. If the camera is a pinhole, the corner must be in front of it.
+    /// Places a corner. It must be in front of the camera if the camera is a pinhole.
     PlacedCorner place(const glm::vec3& position) const {
         PlacedCorner corner = unprojected(position);
         project(corner);

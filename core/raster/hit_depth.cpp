@@ -21,7 +21,7 @@ HitTriangle hitTriangle(const CornerPlacement& placement, const HitView& seen,
     HitTriangle triangle;
     if (placement.perspective()) {
         // The plane is n · P = d. With P = Z · (x, y, 1), where x and y are grid steps from the
-        // centre, 1/Z is linear in x and y.
+        // centre, n · (x, y, 1) / d = 1/Z. So 1/Z is linear in x and y.
         const double d = nx * p.x + ny * p.y + nz * p.z;
         const glm::dvec2 middle = placement.middle() / steps - glm::dvec2(seen.grid.origin());
         triangle.along_x = nx / d * steps;

@@ -48,7 +48,8 @@ inline bool isWithin(const HitTriangle& triangle, const Projection& projection) 
            double{triangle.farthest} < projection.far;
 }
 
-/// A test of the rays that a triangle covers: by the depth range and the alpha test.
+/// A test for a ray that a triangle covers: whether the hit is in the depth range and passes the
+/// alpha test.
 class TriangleTest {
   public:
     TriangleTest(const HitView& seen, const CornerPlacement& placement, const HitTriangle& triangle,
@@ -67,7 +68,7 @@ class TriangleTest {
     const HitTriangle& triangle_;
     const AlphaTest* alpha_;  // null if there is no alpha test
     std::array<std::uint32_t, 3> vertex_;
-    // Per corner: the coefficients of x, y and 1 in the corner's weight, up to a common factor.
+    // For each corner: its weight's coefficients of x, y and 1, up to a common factor.
     std::array<glm::dvec3, 3> weights_{};
 };
 

@@ -14,9 +14,9 @@
 namespace peeler {
 namespace {
 
-/// Packs Z (upper half) and the tie-breaking order (lower half) into one double for sorting. Floats
-/// keep their order as the upper halves of doubles. Negative doubles sort in reverse, so their
-/// lower halves are inverted.
+/// Packs Z (upper half) and the tie-breaking order (lower half) into one double for sorting. Such
+/// doubles sort by Z first, since floats keep their order as the upper halves of doubles. Among
+/// negative doubles, greater lower halves sort first, so these halves are inverted.
 void pack(const FourFloats& z, std::uint32_t order, double* hits) {
     const FourInts none{}, above = std::bit_cast<FourInts>(z);
     const FourInts below = (none + static_cast<std::int32_t>(order)) ^ (above >> 31);
@@ -63,8 +63,7 @@ std::uint64_t countHits(const SpanStore& store, std::size_t row, std::span<std::
 namespace {
 
 /// A buffer for a few hundred hits in span order. Hits are computed in groups of kWide, so that no
-/// branch depends on the length of a span. Hits past the end of a span are overwritten by the next
-/// span.
+/// branch depends on the length of a span. The next span overwrites the surplus hits of a group.
 struct HitRun {
     static constexpr std::size_t kMost = 512, kWide = 4;
 

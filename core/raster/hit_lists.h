@@ -22,7 +22,7 @@ struct HitRow {
     std::size_t row = 0;  ///< index of the row in the SpanStore
     int x0 = 0, y = 0;    ///< pixel (in the picture) of the row's first ray
     bool perspective = false;
-    /// Offset of each ray's first hit. The row's first offset may be any number.
+    /// Offset of each ray's first hit. The first of these offsets may be any number.
     std::span<const std::uint32_t> offsets;
     std::uint32_t end = 0;  ///< offset after the row's last hit
     float* z = nullptr;     ///< Z of each hit
@@ -41,7 +41,7 @@ struct HitRow {
 /// (Projection::matrix()).
 double slopeScale(const Projection& projection);
 
-/// A finder and sorter of the hits of rows. One per thread.
+/// A finder and sorter of the hits of rows. Each thread needs its own.
 class HitSorter {
   public:
     /// Fills the row's arrays, sorted by Z, then by key. Returns whether every ray's hit count
@@ -54,7 +54,7 @@ class HitSorter {
         return {counts_.data(), rays};
     }
 
-    /// Returns the bytes for a row with these numbers of rays and hits.
+    /// Returns the bytes that sorting a row with these numbers of rays and hits takes.
     static std::uint64_t bytes(std::uint64_t rays, std::uint64_t hits);
 
   private:

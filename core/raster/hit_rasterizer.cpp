@@ -32,15 +32,15 @@ constexpr int kMostSide = 65536;
 constexpr int kRowsAtOnce = 8;     // maximum number of rows per task
 constexpr int kGroupsAThread = 4;  // groups of rows per thread and band, for load balancing
 // The maximum bytes of spans. Under a memory budget, spans also get at most 1 / kSpanShare of the
-// remaining memory. Scenes that need more are processed section by section.
+// remaining memory. A picture whose spans need more is processed in several sections.
 constexpr std::uint64_t kSpanBytes = std::uint64_t{2} << 30;
 constexpr std::uint64_t kSpanShare = 2;
 constexpr std::uint64_t kLeastSpanBytes = std::uint64_t{4} << 20;
 constexpr std::uint64_t kLeastBandBytes = std::uint64_t{16} << 20;  // memory reserved for bands
-// The maximum bytes of a band. Small bands keep their reused memory in the cache. They cost no more
-// than large bands, since hits are computed from spans.
+// The maximum bytes of a band. With small bands, the memory that the bands reuse stays in the
+// cache. Small bands cost no more than large ones, since their hits are computed from stored spans.
 constexpr std::uint64_t kBandBytes = std::uint64_t{4} << 20;
-// The approximate fraction of a bundle's time that planning takes, for progress.
+// The approximate fraction of a bundle's time that planning takes. Used for progress.
 constexpr double kPlanShare = 0.4;
 
 void checkHitSettings(const View& view, const CaptureSettings& settings) {
@@ -207,8 +207,8 @@ Plan HitRasterizer::State::plan() const {
     return plan;
 }
 
-/// Frees the resident memory of the previous bundle if memory is tight. Otherwise it would count
-/// twice.
+/// Frees the memory of the previous bundle if memory is tight. Otherwise a budget would count this
+/// memory twice: as resident, and as needed for the next bundle.
 void HitRasterizer::State::freeBands() {
     BandCosts costs;
     costs.band_bytes = kBandBytes + store.bytes();
@@ -228,7 +228,8 @@ CapturePlan HitRasterizer::plan(const View& view, const CaptureSettings& setting
     HitPlan& plan = *s.shown;
     s.freeBands();
     if (settings.memory != 0) {
-        // Computed like the limit of a band: the remaining memory minus a reserve.
+        // The limit of the spans is computed like that of a band: the remaining memory minus a
+        // reserve.
         BandCosts costs;
         costs.band_bytes = kSpanBytes;
         costs.use.fragment = costs.use.pixel = costs.largest_array_bytes = 1;
@@ -255,13 +256,13 @@ BandCosts HitRasterizer::State::costs(const Plan& plan, const Sink& sink) const 
     costs.use.fragment += hit;
     if (const std::size_t floats = shadedComponents(settings.channels); floats > 0)
         costs.use.fragment += floats * sizeof(float) + sizeof(std::uint32_t);
-    // A quarter of a band's bytes is for its pixels. The limit grows with the width, so that even a
-    // wide row fits.
+    // A quarter of a band's bytes is for its pixels. Therefore the limit is at least four times the
+    // bytes of a row's pixels, so that even a wide row fits.
     costs.band_bytes =
         std::max(std::min(settings.band_bytes, kBandBytes), 4 * width * costs.use.pixel);
     costs.use.fixed += static_cast<std::uint64_t>(threadCount()) *
                        HitSorter::bytes(width, complexity.mostFragments(1));
-    // Limits the hits of a band, since offsets are 32 bits wide.
+    // With these values, the number of hits in a band fits into an offset of 32 bits.
     costs.largest_array_bytes = 1;
     costs.storage_block_bytes = std::numeric_limits<std::uint32_t>::max();
     return costs;
@@ -272,7 +273,8 @@ void HitRasterizer::State::captureRow(const Window& band, int section_top, int y
     const std::size_t row = static_cast<std::size_t>(y - section_top);
     const auto width = static_cast<std::size_t>(band.width());
     std::uint32_t* const offsets = image.offsets.data() + image.pixelIndex(band.x0, y);
-    // The offset after the row's last one belongs to the next row, which writes it.
+    // Only the offsets of this row are written. The offset after its last one belongs to the next
+    // row.
     const std::span<std::uint32_t> counts = sorter.counts(width);
     const std::uint64_t found = countHits(store, row, counts);
     if (found != shown->complexity.rowFragments(y)) {
@@ -367,7 +369,8 @@ BandSize HitRasterizer::State::largest(std::span<const Window> bands) const {
     return most;
 }
 
-/// Returns the bytes by which the spans of other sections may exceed those in the store.
+/// Returns the additional bytes that the spans of a later section may take, compared with the spans
+/// in the store.
 std::uint64_t HitRasterizer::State::spansToCome() const {
     return shown->sections.size() > 1
                ? shown->span_limit - std::min(shown->span_limit, store.bytes())
@@ -400,7 +403,8 @@ CaptureReport HitRasterizer::capture(const CapturePlan& planned, Sink& sink,
     report.passes = 1;
     const Window& crop = plan.seen.view.crop;
     std::uint64_t stored = 0;
-    // Computed first, so that a plan that does not fit fails before any band.
+    // The limits are computed first. A plan that does not fit then fails before any band is
+    // captured.
     const BandLimits limits = s.limits(s.costs(planned, sink));
     std::vector<Window> to_do(plan.sections.rbegin(), plan.sections.rend());
     while (!to_do.empty()) {

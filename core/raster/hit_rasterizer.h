@@ -30,9 +30,9 @@ class HitRasterizer final : public HitSource {
     HitRasterizer(const HitRasterizer&) = delete;
     HitRasterizer& operator=(const HitRasterizer&) = delete;
 
-    /// Throws Error (kInternal) if the settings request a picture or picture-only features (clip
-    /// volumes, hidden surfaces, composites, samples, a layer limit), and (kUsage) if a bundle has
-    /// more than 65,536 rays per side.
+    /// Throws Error (kInternal) if the settings request a picture or features that only pictures
+    /// have (clip volumes, hidden surfaces, composites, samples, a layer limit), and (kUsage) if a
+    /// bundle has more than 65,536 rays per side.
     CapturePlan plan(const View& view, const CaptureSettings& settings,
                      const Progress& progress = {}) override;
     CaptureReport capture(const CapturePlan& plan, Sink& sink,
@@ -42,11 +42,12 @@ class HitRasterizer final : public HitSource {
     bool prefersLines() const override { return true; }
     StageTimes takeTimes() override;
 
-    /// Returns the grid bits of the last plan or capture: 2^gridBits() steps between two rays.
+    /// Returns the number of grid bits in the last plan or capture: the grid has 2^gridBits() steps
+    /// between two rays.
     int gridBits() const;
-    /// Returns the number of row sections of the last plan or capture. The picture is divided so
-    /// that the spans of one section fit the memory budget. If there is only one section, its spans
-    /// are found once for both plan() and the following capture().
+    /// Returns the number of row sections in the last plan or capture. The picture is divided into
+    /// sections so that the spans of one section fit the memory budget. If there is only one
+    /// section, plan() finds its spans, and the following capture() reuses them.
     std::size_t sections() const;
 
   private:

@@ -9,7 +9,8 @@
 namespace peeler {
 namespace {
 
-/// A ListColumn as one SIMD vector. Processors without registers of this size process it in parts.
+/// A ListColumn as one SIMD vector. Processors without registers of this size process the vector in
+/// parts.
 using ColumnLanes = double __attribute__((vector_size(sizeof(ListColumn))));
 
 PEELER_INLINE void loadColumn(const ListColumn& from, ColumnLanes& to) {

@@ -11,7 +11,8 @@ namespace peeler {
 
 /// Enumerates the comparisons of a sorting network for `count` numbers: merge exchange (Batcher
 /// 1968; Knuth, "The Art of Computer Programming", volume 3, algorithm 5.2.2M). Calls use(i, d, n)
-/// to compare each of the n numbers from index i on with the number d places later.
+/// for n comparisons: each of the n numbers from index i on is compared with the number d places
+/// later.
 template <class Use>
 [[gnu::always_inline]] constexpr void forMergeExchange(std::size_t count, Use&& use) {
     std::size_t top = 1;

@@ -14,8 +14,8 @@
 namespace peeler {
 namespace {
 
-// The maximum number of vertices in a batch, unless a single primitive has more: small enough to
-// fit a core's cache, large enough to justify two parallel loops.
+// The maximum number of vertices in a batch. Only a single primitive may have more. The number is
+// small enough to fit a core's cache, and large enough to justify two parallel loops.
 constexpr std::size_t kBatchCorners = std::size_t{1} << 17;
 constexpr std::size_t kCornersAtOnce = 4096;  // vertices to snap in one task
 
@@ -74,8 +74,8 @@ SceneTriangles::SceneTriangles(const PosedScene& posed) : posed_(posed) {
 
 namespace {
 
-/// Finds the rays of a section that hit one block of triangles. Rows are collected first and stored
-/// a few hundred at a time. An empty row is recognised only late, and a branch at that point would
+/// Finds the rays of a section that hit one block of triangles. Collects rows and stores a few
+/// hundred at a time. Whether a row is empty is known only late, and a branch at that point would
 /// stall the next triangle.
 class BlockWalk {
   public:
@@ -205,7 +205,8 @@ void BlockWalk::storeRows() {
 void BlockWalk::walkOne(std::uint32_t element, const Vertices& vertex) {
     const SnappedCorner a = corners_[vertex[0]], b = corners_[vertex[1]], c = corners_[vertex[2]];
     if ((a.x | b.x | c.x) < 0) return walkCut(element, vertex);
-    // Skips triangles that lie between rays, as most triangles of fine meshes do.
+    // Skips triangles that no ray meets because they lie between rays. In fine meshes, most
+    // triangles do.
     RayWindow window = window_;
     window.x0 = std::max(window.x0, window.rayFrom(std::min({a.x, b.x, c.x})));
     window.x1 = std::min(window.x1, window.rayFrom(std::max({a.x, b.x, c.x})));
@@ -215,8 +216,8 @@ void BlockWalk::walkOne(std::uint32_t element, const Vertices& vertex) {
     const SortedTriangle triangle(a, b, c);
     if (triangle.area == 0 || culled(triangle.clockwise())) return;
     if (rows_ + kMostShortRows > kRows) storeRows();
-    // The order of the corners is independent of the first listed corner, so that coincident
-    // triangles get the same depth.
+    // Brings the corners into an order that does not depend on which corner is listed first. So
+    // coincident triangles get the same depth.
     candidate_[++candidates_] = {
         element, {vertex[triangle.which[0]], vertex[triangle.which[1]], vertex[triangle.which[2]]}};
     forEachRow(triangle, window, [this](std::int32_t row, std::int32_t first, std::int32_t end) {

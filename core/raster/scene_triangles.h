@@ -25,7 +25,7 @@ struct HitView {
     View view;
     CornerGrid grid;
     Faces faces;
-    /// Whether to ignore hits in front of the near plane, and at or beyond the far plane.
+    /// Whether to ignore hits nearer than the near plane, and hits on or beyond the far plane.
     bool cut;
 };
 

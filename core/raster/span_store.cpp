@@ -49,7 +49,7 @@ void BlockPool::setLimit(std::uint64_t bytes) {
 
 void SpanWriter::begin(std::size_t rows) {
     first_.assign(rows, nullptr);
-    // A row without chunks looks like a row with a full chunk, so that add() extends it.
+    // A row without chunks is marked like a row whose chunk is full, so add() extends it.
     next_.assign(rows, reinterpret_cast<Span*>(kLinkOffset));
     free_ = nullptr;
     left_ = 0;

@@ -30,8 +30,9 @@ struct HitTriangle {
 
 inline constexpr std::size_t kAddressBytes = sizeof(std::uintptr_t);
 
-/// An arena allocator. Its blocks never move, and are freed together. Threads may take blocks
-/// concurrently. Requests large pages from the system, since mapping small pages takes longer.
+/// An arena allocator. Its blocks never move, and all blocks are freed together. Several threads
+/// may take blocks at the same time. Requests large pages from the system, since mapping small
+/// pages takes longer.
 class BlockPool {
   public:
     static constexpr std::size_t kBlockBytes = 256 << 10;
@@ -58,9 +59,9 @@ class BlockPool {
     std::uint64_t limit_ = ~std::uint64_t{0};
 };
 
-/// The spans that one thread has found in a section. Each row has a linked list of chunks: `first_`
-/// holds its first chunk, `next_` the end of its spans. A chunk ends with the address of the next
-/// chunk.
+/// The spans that one thread has found in a section. Each row has a linked list of chunks. `first_`
+/// points to the row's first chunk, and `next_` to the end of its spans. The last element of a
+/// chunk is the address of the next chunk.
 class SpanWriter {
   public:
     /// Discards all spans and starts with this number of rows. Must be called only after
@@ -116,8 +117,8 @@ class SpanWriter {
     std::size_t left_ = 0;
 };
 
-/// The hit triangles by index. Every kBlock triangles of the scene share a block of indices. So
-/// indices are in key order, whichever thread finds a triangle.
+/// The hit triangles by index. Each block of kBlock triangles of the scene has its own range of
+/// indices. So indices are in key order, whichever thread finds a triangle.
 class HitTriangles {
   public:
     static constexpr std::uint32_t kBlockBits = 11, kBlock = 1U << kBlockBits;

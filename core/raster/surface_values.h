@@ -33,8 +33,8 @@ glm::vec<Value::length(), double> weighted(const std::vector<Value>& values,
 glm::dvec4 texelAt(const Image& image, const TextureRef& texture, const glm::dvec2& uv,
                    bool srgb = false);
 
-/// Throws Error (kUsage) if surfaceValues() does not support a channel (the tangent, which bundles
-/// never request).
+/// Throws Error (kUsage) if surfaceValues() does not support one of the channels. Only the tangent
+/// is not supported; bundles never request it.
 void checkSurfaceChannels(std::span<const Channel> channels);
 
 /// Returns the values of the channels (core/image/channels.h) for every hit of a band, as shaders

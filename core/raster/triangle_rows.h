@@ -27,14 +27,14 @@ struct RayWindow {
     }
 };
 
-/// The crossings of successive rows with an edge from `a` down to `b`: in each row, the first ray
-/// on the edge or right of it, by Bresenham's quotient and remainder.
+/// The points where successive rows cross an edge from `a` down to `b`. For each row, gives the
+/// first ray on the edge or right of it, by Bresenham's quotient and remainder.
 class EdgeRows {
   public:
     EdgeRows(const SnappedCorner& a, const SnappedCorner& b, std::int32_t row, int bits)
         : across_(std::int64_t{b.x} - a.x), down_(std::int64_t{b.y} - a.y), bits_(bits) {
         // The crossing is a.x + (y − a.y) · across / down. No intermediate value exceeds 2^63: the
-        // sum of the two products is `down` times the crossing, which is on the grid.
+        // sum of the two products is `down` times the crossing, and the crossing is on the grid.
         const std::int64_t y = std::int64_t{row} << bits;
         whole_ = down_ << bits;
         const std::int64_t sum = a.x * down_ + (y - a.y) * across_ + whole_ - 1;
@@ -59,8 +59,8 @@ class EdgeRows {
     }
 
   private:
-    /// Divides and rounds the quotient down. A floating-point product is off by at most one
-    /// (quotients are below 2^31), and is much faster than an integer division.
+    /// Divides, and rounds the quotient down. Multiplies by the inverse in floating point, which is
+    /// much faster than an integer division and off by at most one (quotients are below 2^31).
     static std::int64_t divided(std::int64_t value, std::int64_t by, double inverse,
                                 std::int64_t& rest) {
         auto quotient = static_cast<std::int64_t>(static_cast<double>(value) * inverse);
@@ -92,7 +92,8 @@ inline std::int64_t doubledArea(const SnappedCorner& a, const SnappedCorner& b,
 /// The corners of a triangle from top to bottom; corners of equal height from left to right.
 struct SortedTriangle {
     SortedTriangle(const SnappedCorner& a, const SnappedCorner& b, const SnappedCorner& c) {
-        // Packs y, x and index into one integer, so that sorting causes no mispredicted branches.
+        // Packs y, x and index into one integer, so that sorting needs no branches that could be
+        // mispredicted.
         constexpr int kYShift = 33, kXShift = 2;
         const auto packed = [](const SnappedCorner& at, std::uint64_t place) {
             return static_cast<std::uint64_t>(at.y) << kYShift |
@@ -152,8 +153,9 @@ void forEachLongRow(const SortedTriangle& triangle, const RayWindow& window, Emi
 }
 
 /// Emits the same rays as forEachLongRow() for a small triangle, two rows at once and without
-/// branches. A crossing is the quotient of two numbers below 2^53. The rounded quotient equals an
-/// integer, or lies on one side of it, exactly if the true quotient does.
+/// branches. A crossing is the quotient of two numbers below 2^53, rounded to a double. Rounding
+/// never moves it to or past an integer: the rounded quotient is equal to, less than or greater
+/// than an integer exactly if the true quotient is.
 template <class Emit>
 void forEachShortRow(const SortedTriangle& triangle, const RayWindow& window, Emit&& emit) {
     const auto& [a, b, c] = triangle.corner;
@@ -161,9 +163,9 @@ void forEachShortRow(const SortedTriangle& triangle, const RayWindow& window, Em
     const std::int64_t x0 = window.x0 * steps, y0 = window.y0 * steps;
     const double width = window.x1 - window.x0;
     // The upper and lower edges lie on the same side of the long edge. In each row, the covered
-    // rays lie between the long edge and the nearer crossing of the two short edges: the smaller
-    // crossing if the short edges are on the right, the larger one if they are on the left.
-    // Multiplying by `sign` turns the second case into the first.
+    // rays lie between the long edge and the nearer crossing of the two short edges. This is the
+    // smaller crossing if the short edges are on the right, and the larger one if they are on the
+    // left. Multiplying by `sign` turns the second case into the first.
     const double sign = triangle.area > 0 ? 1 : -1;
     struct Edge {
         double at, slope, down;
@@ -175,7 +177,7 @@ void forEachShortRow(const SortedTriangle& triangle, const RayWindow& window, Em
                     static_cast<double>(across) * sign * static_cast<double>(steps),
                     static_cast<double>(down) * static_cast<double>(steps)};
     };
-    // A horizontal edge bounds no row, so the other short edge replaces it.
+    // A horizontal edge bounds no row, so it is replaced by the other short edge.
     const Edge whole = edge(a, c), upper = a.y == b.y ? edge(b, c) : edge(a, b),
                lower = b.y == c.y ? edge(a, b) : edge(b, c);
     const TwoDoubles none{}, all = none + width;
@@ -194,10 +196,10 @@ void forEachShortRow(const SortedTriangle& triangle, const RayWindow& window, Em
     }
 }
 
-/// Calls emit(row, first, end) with the rays that a triangle covers: rays inside it and on its left
-/// and top edges (the top-left rule), so that a ray on a shared edge belongs to one triangle. In an
-/// empty row, first >= end. `window` must have at least one row, and no rows above or below the
-/// triangle.
+/// Calls emit(row, first, end) with the rays that a triangle covers: rays inside the triangle and
+/// on its left and top edges (the top-left rule). So a ray on a shared edge belongs to only one
+/// triangle. In an empty row, first >= end. `window` must have at least one row. None of its rows
+/// may be above or below the triangle.
 template <class Emit>
 void forEachRow(const SortedTriangle& triangle, const RayWindow& window, Emit&& emit) {
     constexpr std::int32_t kShort = 8, kSmall = 1 << 22;

@@ -54,8 +54,8 @@ constexpr double kMaxRays = 1 << 30;
 // The margin around the covered area, as a fraction of its size. Without it, rounding to GL's
 // floats could clip geometry on the border.
 constexpr double kBorderMargin = 1e-6;
-// The margin before and behind the scene, as a fraction of its size: large enough that GL clips
-// nothing, small enough to keep depth resolution.
+// The margin in front of the scene and behind it, as a fraction of its size. It is large enough
+// that GL clips nothing, and small enough to keep depth resolution.
 constexpr double kEndMargin = 1e-3;
 
 /// Returns the bounding box of `bounds` (world space) in the coordinate system whose axes are the
@@ -80,8 +80,8 @@ double extentOf(const Bounds& bounds) {
     return extent > 0 ? extent : 1;  // 1 if the scene is a single point
 }
 
-/// Returns a parallel bundle of rays `spacing` apart, around `center`. The bundle begins before
-/// `scene` and ends behind it, so the depth of `center` does not matter.
+/// Returns a parallel bundle of rays `spacing` apart, around `center`. The bundle begins in front
+/// of `scene` and ends behind it, whatever the depth of `center` is.
 Bundle latticeBundle(std::string name, const glm::dmat3& frame, const glm::dvec3& center,
                      const glm::dvec2& rays, double spacing, const Bounds& scene) {
     if (!(rays.x <= kMaxSide && rays.y <= kMaxSide && rays.x * rays.y <= kMaxRays)) {
@@ -152,7 +152,7 @@ AxisBundles axisBundles(const Bounds& area, const Bounds& scene, const RayGrid& 
         glm::dvec3 direction(0);
         direction[axis] = 1;
         const glm::dmat3 frame = bundleSides(direction);
-        // Right and up are parallel to axes, so the products are cell counts.
+        // The sides of the bundle are parallel to axes, so each dot product is a number of cells.
         const glm::dvec2 rays(glm::abs(glm::dot(frame[0], cells)),
                               glm::abs(glm::dot(frame[1], cells)));
         axes.bundles.push_back(
@@ -198,7 +198,8 @@ std::vector<View> withCommonDisplay(std::span<const Bundle> bundles) {
         width = std::max(width, bundle.view.width);
         height = std::max(height, bundle.view.height);
     }
-    // A pinhole camera cannot be moved by half a pixel, so its size must differ by an even number.
+    // A pinhole camera cannot be moved by half a pixel. So each size may exceed the bundle's only
+    // by an even number.
     for (const Bundle& bundle : bundles) {
         if (bundle.parallel()) continue;
         width += (width - bundle.view.width) % 2;

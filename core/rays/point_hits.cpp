@@ -11,14 +11,15 @@ namespace peeler {
 namespace {
 
 constexpr std::size_t kPointsAtOnce = 1024;
-// A surface within this distance of a point, relative to the coordinates, touches the point. The
-// distance allows for a few roundings of a double.
+// A surface touches a point if it is within this distance of the point, as a fraction of the
+// coordinates. The distance allows for a few rounding errors of doubles.
 constexpr double kOnSurface = 1e-12;
-// The number of hits to consider after the first. The parallel ray through the point may have its
-// hits in a different order.
+// The number of hits to consider after the first. More than one is needed, because the parallel ray
+// through the point may meet the primitives in a different order.
 constexpr int kBeyond = 2;
-// The maximum difference, in ray spacings, between the distances from the point to the element's
-// plane and to the element. If the difference is larger, the distance to the element is used.
+// The maximum difference, in ray spacings, between two distances: from the point to the element's
+// plane, and from the point to the element. If the difference is larger, the distance to the
+// element is used.
 constexpr double kSteepestPlane = 4;
 
 double largestComponent(const glm::dvec3& v) {
@@ -54,7 +55,7 @@ class Search {
 
   private:
     /// Records the hit if it is the nearest so far on its side of the point. `later`: whether the
-    /// ray's list is traversed towards later hits.
+    /// search goes through the ray's list towards later hits.
     void consider(std::uint32_t key, bool later) {
         WorldElement element = elementOf(posed_, key);
         placeCorners(posed_, element);
@@ -63,12 +64,13 @@ class Search {
         const glm::dvec3 normal = element.normal();
         const double plane =
             glm::dot(element.corner[0] - point_, normal) / glm::dot(direction_, normal);
-        // Use the distance to the element's plane, unless the element has no plane or is seen
+        // Uses the distance to the element's plane, unless the element has no plane or is seen
         // edge-on.
         if (std::abs(plane - along) <= farthest_) along = plane;
         if (std::abs(along) <= kOnSurface * (largestComponent(hit) + largestComponent(point_)))
             along = 0;
-        // Among coincident hits, the last one before the point and the first one after it win.
+        // Among coincident hits before the point, the last one wins. Among coincident hits after
+        // the point, the first one wins.
         const bool is_after = along > 0;
         NextHit& next = is_after ? hits_.after : hits_.before;
         const double distance = std::abs(along);
@@ -92,7 +94,7 @@ std::optional<glm::ivec2> nearestRay(const Bundle& bundle, const glm::dvec3& poi
     const glm::dvec2 at =
         glm::floor((across / bundle.size() + 0.5) * glm::dvec2(view.width, view.height));
     const Window& crop = view.crop;
-    // Compared as doubles, since the coordinates of far points overflow an int.
+    // The comparison uses doubles, since the coordinates of far points overflow an int.
     if (!(at.x >= crop.x0 && at.x < crop.x1 && at.y >= crop.y0 && at.y < crop.y1)) return {};
     return glm::ivec2(at);
 }

@@ -21,8 +21,8 @@ struct NextHit {
 };
 
 /// The nearest hits before and after a point. A surface through the point (up to rounding: 1e-12 of
-/// the coordinates) counts as before the point, at distance 0. Among coincident surfaces, `before`
-/// is the last drawn, and `after` the first drawn.
+/// the coordinates) counts as a hit before the point, at distance 0. Among coincident surfaces,
+/// `before` is the one drawn last, and `after` is the one drawn first.
 struct PointHits {
     NextHit before;  ///< hit at point − distance · direction
     NextHit after;   ///< hit at point + distance · direction

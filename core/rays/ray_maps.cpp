@@ -114,8 +114,9 @@ constexpr RayMapInfo kMaps[] = {
      true},
 };
 
-/// Returns a name that is valid in an EXR channel name: replaces control characters and dots (which
-/// separate parts), and shortens the name, since EXR allows 255 bytes in total.
+/// Returns the name in a form that is valid in an EXR channel name. Replaces control characters and
+/// dots, which separate the parts of a channel name. Shortens the name, since EXR allows 255 bytes
+/// for the whole channel name.
 std::string channelName(const std::string& name) {
     constexpr std::size_t kLongest = 200;
     std::string result;
@@ -183,8 +184,8 @@ RayMaps::RayMaps(const PosedScene& posed, const Solids* solids, RayMapSettings s
     }
 }
 
-/// Adds up the path lengths per material. Walks along the ray with a stack of the current spans. A
-/// span that has ended is popped when it reaches the top.
+/// Adds up the path lengths per material. Walks along the ray with a stack of spans that have
+/// begun. A span that has ended is removed when it reaches the top of the stack.
 void RayMaps::findPaths(RayMapScratch& scratch) const {
     std::vector<SolidSpan>& open = scratch.open;
     scratch.paths.assign(path_materials_.size(), 0.0);

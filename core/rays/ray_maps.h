@@ -58,7 +58,8 @@ struct RayMapSettings {
     /// Attenuation coefficients of Scene::materials, per scene unit of length; 0 for materials
     /// beyond the end of the list.
     std::vector<double> attenuation{};
-    /// The two parts of kOverlap: for each element of Scene::nodes, whether it belongs to the part.
+    /// The two parts that kOverlap compares. Each vector says for every element of Scene::nodes
+    /// whether the node belongs to the part.
     std::array<std::vector<char>, 2> parts{};
 };
 
@@ -67,7 +68,7 @@ struct RayMapChannel {
     std::string name;  ///< name of the EXR channel, such as "thickness" or "path.steel"
 };
 
-/// Scratch storage for the evaluation of a ray. One per thread.
+/// Scratch storage for the evaluation of rays. Each thread needs its own.
 struct RayMapScratch {
     SolidSpans spans;
     std::vector<float> t;
@@ -85,7 +86,7 @@ struct RayMapScratch {
 /// the path lengths L (Beer–Lambert law).
 class RayMaps {
   public:
-    /// `solids` may be null if no map needs it, and must outlive this object.
+    /// `solids` must outlive this object. It may be null if no map needs solids.
     RayMaps(const PosedScene& posed, const Solids* solids, RayMapSettings settings);
 
     /// Returns the channels in the order of the settings. kPathLength has a channel for each

@@ -61,7 +61,7 @@ class WeldedMesh {
 /// A filter for edges that occur an odd number of times. Reuses its storage between meshes.
 class Solids::EdgeParity {
   public:
-    /// Keeps one of each edge that occurs an odd number of times; removes all other edges.
+    /// Keeps one copy of each edge that occurs an odd number of times; removes all other edges.
     void keepOpen(std::vector<Edge>& list) {
         sort(list);
         std::size_t kept = 0;
@@ -76,8 +76,8 @@ class Solids::EdgeParity {
     std::vector<Edge> edges;  ///< edges of the current primitive
 
   private:
-    /// Sorts edges in buckets: one bucket per smaller vertex, with a few edges each. Sorts directly
-    /// if there are few edges for the range of vertices.
+    /// Sorts edges in buckets, one bucket for each smaller vertex of an edge. A bucket has a few
+    /// edges. If the range of vertices is large for the number of edges, sorts without buckets.
     void sort(std::vector<Edge>& list) {
         if (list.empty()) return;
         const auto [least, most] = std::ranges::minmax(list, {}, &Edge::first);
@@ -158,8 +158,9 @@ const std::vector<Solids::Shell>& Solids::shellsOf(const PosedScene& posed,
         open.insert(open.end(), edges.begin(), edges.end());
     }
     if (!rest.primitives.empty()) {
-        // An edge that is open in two primitives is closed in both together. So the open edges of
-        // `rest` are those that occur an odd number of times among the primitives' open edges.
+        // An edge that is open in two primitives is closed in the mesh that both form together. So
+        // the open edges of `rest` are those that occur an odd number of times among the
+        // primitives' open edges.
         parity.keepOpen(open);
         rest.open_edges = open.size();
         shells.push_back(std::move(rest));

@@ -38,7 +38,8 @@ class Solids {
   public:
     static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 
-    /// Temporarily takes about 30 bytes per triangle and 20 per vertex of a mesh, for its topology.
+    /// Temporarily takes about 30 bytes per triangle and 20 bytes per vertex of a mesh to find its
+    /// topology.
     explicit Solids(const PosedScene& posed);
     Solids(const Solids&) = delete;
     Solids& operator=(const Solids&) = delete;
@@ -55,7 +56,7 @@ class Solids {
     struct Surface {
         std::uint32_t solid = kNone, material = 0;
     };
-    /// The part of a mesh that becomes a solid in every instance.
+    /// The part of a mesh that becomes one solid in each instance of the mesh.
     struct Shell {
         std::vector<std::size_t> primitives;
         std::uint64_t triangles = 0, open_edges = 0;
@@ -67,7 +68,7 @@ class Solids {
                                        EdgeParity& parity);
 
     std::vector<Solid> solids_;
-    KeyIndex keys_;                  // a copy, since the draw list may not live as long
+    KeyIndex keys_;                  // a copy, since the draw list may be destroyed earlier
     std::vector<Surface> surfaces_;  // one for each surface of keys_
     /// Shells of each mesh and deformation.
     std::map<std::pair<int, int>, std::vector<Shell>> shells_;
@@ -98,8 +99,8 @@ struct SolidHits {
 };
 
 /// The spans of a ray inside solids, by parity. The ray is inside a solid from its 1st hit of the
-/// solid to the 2nd, from the 3rd to the 4th, and so on; an unpaired last hit begins no span.
-/// Reuses its storage between rays. One per thread.
+/// solid to the 2nd, from the 3rd to the 4th, and so on. An unpaired last hit begins no span.
+/// Reuses its storage between rays. Each thread needs its own.
 class SolidSpans {
   public:
     /// Finds the spans of a ray. `t` is in ascending order. `keys` are those of DrawList, with
@@ -117,8 +118,8 @@ class SolidSpans {
     SparseSet<SolidHits> hits_;
 };
 
-/// Writes the union of the spans for which `keep(span)` is true to `out`: ordered intervals.
-/// Adjacent intervals are joined. Overwrites `out`.
+/// Writes the union of the spans for which `keep(span)` is true to `out`, as ordered intervals.
+/// Joins adjacent intervals. Overwrites `out`.
 template <class Keep>
 void uniteSpans(std::span<const SolidSpan> spans, Keep&& keep, std::vector<RayInterval>& out) {
     out.clear();
@@ -146,8 +147,8 @@ struct SolidParity {
     std::vector<OddRay> first;  ///< first Parity::kKept of the odd rays
 };
 
-/// Counts the rays that hit each solid, over bundles, and the rays that hit it an odd number of
-/// times. A closed surface has no odd rays.
+/// Counts, over all bundles, the rays that hit each solid, and the rays that hit it an odd number
+/// of times. A closed surface has no odd rays.
 class Parity {
   public:
     static constexpr std::size_t kKept = 8;

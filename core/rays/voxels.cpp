@@ -30,8 +30,8 @@ std::uint64_t parityUpTo(std::uint64_t bits) {
     return bits;
 }
 
-/// Returns the number of set bits. Compilers can vectorise this code; the baseline processor need
-/// not have a popcount instruction.
+/// Returns the number of set bits. Written without popcount, which the baseline processor may lack,
+/// and in a way that compilers can vectorise.
 std::uint64_t countBits(std::span<const std::uint64_t> words) {
     std::uint64_t sum = 0;
     for (std::uint64_t bits : words) {
@@ -52,8 +52,8 @@ std::uint64_t spreadBits(std::uint64_t bits) {
     return (apart + 0x7F * kEach) >> 7 & kEach;
 }
 
-/// Writes one byte per cell of a plane. value(y, word, from) returns the bytes of eight cells of
-/// line y: the eight bits of `word` from bit `from` on.
+/// Writes one byte per cell of a plane. value(y, word, from) must return the bytes of eight cells
+/// of line y. The cells are the eight bits of the line's word number `word` from bit `from` on.
 template <class Value>
 void writePlane(std::span<std::uint8_t> plane, const glm::ivec3& cells, Value&& value) {
     static_assert(std::endian::native == std::endian::little);
@@ -66,7 +66,7 @@ void writePlane(std::span<std::uint8_t> plane, const glm::ivec3& cells, Value&& 
     }
 }
 
-/// Converts a side of a bundle's picture, which is parallel to an axis, to a step in cells.
+/// Converts a side of a bundle's picture to a step in cells. The side must be parallel to an axis.
 glm::ivec3 stepAlong(const glm::dvec3& side) {
     return {glm::round(side)};
 }
@@ -95,14 +95,15 @@ struct VoxelVotes::Line {
     double start, step;  ///< cell coordinate at t = 0, and change of the coordinate per unit of t
     double cells;
     std::uint64_t* words;
-    /// Number of words from one cell to the next; 0 if the cells are bits of one line of words.
+    /// Number of words from one cell of the line to the next; 0 if the cells are consecutive bits
+    /// in words.
     std::size_t stride;
     std::uint64_t bit;
     /// Number of cells with storage, including padding. Crossings beyond the end are ignored.
     std::size_t end;
 
-    /// If `marks`, flips the bit of the first cell whose centre is at or after t, if there is one.
-    /// `marks` is a parameter because a branch in the caller would be unpredictable.
+    /// If `marks`, flips the bit of the first cell whose centre is at or after t, if such a cell
+    /// exists. `marks` is a parameter because the caller's branch would be unpredictable.
     void cross(double t, bool marks) const {
         const double place = std::clamp(start + step * t - 0.5, 0.0, cells);
         auto cell = static_cast<std::size_t>(static_cast<std::int64_t>(place));
@@ -193,14 +194,14 @@ void VoxelVotes::add(std::size_t axis, const Bundle& bundle, const LayeredImage&
     });
 }
 
-/// Marks both ends of every interval in which a ray is inside any solid: where the ray enters the
-/// first solid, and where it has left all of them. A zero-length interval flips a cell twice, which
-/// has no effect.
+/// Marks both ends of every interval in which a ray is inside any solid. The interval begins where
+/// the ray enters its first solid, and ends where it has left all solids. An interval of zero
+/// length flips a cell twice, which has no effect.
 void VoxelVotes::addRay(std::span<const float> t, std::span<const std::uint32_t> keys, Line line,
                         Scratch& scratch) const {
     const std::size_t hits = keys.size();
     if (scratch.solids.size() < hits) scratch.solids.resize(hits);
-    // Local pointers, because byte stores may alias anything: through `scratch`, the pointers would
+    // These pointers are local because byte stores may alias anything. Pointers in `scratch` would
     // be reloaded after every store.
     std::uint32_t* const solids = scratch.solids.data();
     std::uint8_t* const states = scratch.states.data();
@@ -219,8 +220,8 @@ void VoxelVotes::addRay(std::span<const float> t, std::span<const std::uint32_t>
     constexpr std::uint8_t kOdd = 1, kInside = 2;
     for (std::size_t i = 0; i < hits; ++i)
         if (solids[i] != Solids::kNone) states[solids[i]] ^= kOdd;
-    // Goes through the hits backwards, because the last hit of a solid with an odd number of hits
-    // begins no span: in this order, it is the solid's first, and can be skipped. At the end, all
+    // Goes through the hits backwards. If a solid has an odd number of hits, its last hit begins no
+    // span. In backward order, this hit is the solid's first, and can be skipped. At the end, all
     // states are 0 again.
     int around = 0;
     for (std::size_t i = hits; i-- > 0;) {
@@ -261,8 +262,8 @@ void VoxelVotes::finish() {
                 before = 0 - (c >> (kWordBits - 1));
                 along = (a & b) | (b & c) | (c & a);
                 along_z[at] = a ^ b ^ c;
-                // The rays disagree if a cell has 1 or 2 votes. Then exactly one of these bits is
-                // set.
+                // If a cell has 1 or 2 votes, the rays disagree, and the majority of the votes
+                // differs from their parity.
                 along_x[at] = along ^ along_z[at];
             }
             majority += countBits({along_y + (x * ys + y) * words_, words_});

@@ -39,8 +39,8 @@ void hermite(const float* from, const float* to, double u, double seconds,
 
 void sampleKeyframes(const Keyframes& keyframes, double time, bool rotation,
                      std::span<double> value) {
-    // Keys are floats: frame 1 at 24 fps should hit the key at 1/24, which as a float is slightly
-    // later than as a double.
+    // The times of keys are floats, so `time` is rounded to a float, too. Then frame 1 at 24 fps
+    // hits the key at 1/24, which is slightly later as a float than as a double.
     time = double{static_cast<float>(time)};
     const std::vector<float>& times = keyframes.times;
     const bool cubic = keyframes.interpolation == Interpolation::kCubicSpline;
@@ -88,7 +88,7 @@ void setScale(Trs& trs, const Values& v) {
     trs.scale = {v[0], v[1], v[2]};
 }
 
-/// Rows in the order of AnimatedProperty, without a row for weights.
+/// Rows in the order of AnimatedProperty. The weights have no row.
 constexpr struct {
     std::size_t width;
     void (*set)(Trs&, const Values&);

@@ -41,10 +41,10 @@ const PlacedLight& chooseLight(const std::vector<PlacedLight>& lights, const std
 }
 
 /// Returns the view of a light (lightView() in core/scene/lights.h), with the tightest projection,
-/// but without width and height. `camera` is "light:" plus the light's name, its node's name, or
-/// its index in draw order; "key" names the built-in light of a scene without lights. Throws Error
-/// (kUsage) if the light is unknown, with the list of lights, or is a point light; (kInput) if
-/// there are no vertices to fit the view to.
+/// but without width and height. `camera` is "light:" followed by the light's name, its node's
+/// name, or its index in draw order. The name "key" selects the built-in light of a scene without
+/// lights. Throws Error (kUsage) if the light is unknown, with the list of lights, or if it is a
+/// point light; (kInput) if there are no vertices to fit the view to.
 View lightCamera(const PosedScene& posed, const std::string& camera) {
     const std::vector<PlacedLight> lights = placedLights(posed);
     const PlacedLight& light = chooseLight(lights, camera);
@@ -114,7 +114,8 @@ View sceneCamera(const Scene& scene, const CameraInstance& instance, const std::
     return view;
 }
 
-/// Returns the view of a light. It covers the lit area or, at another aspect ratio, more.
+/// Returns the view of a light. The view covers the lit area. At another aspect ratio, it covers
+/// more.
 View viewOfLight(const CameraChoice& choice, const PosedScene& posed) {
     View view = lightCamera(posed, *choice.camera);
     Projection& projection = view.projection;
@@ -133,7 +134,8 @@ double safeNear(const Bounds& bounds, double distance) {
 View placedCamera(const CameraChoice& choice, const Bounds& bounds) {
     View view;
     setSize(view, choice.size, 16.0 / 9);
-    // A rigid pose is used unchanged, so that a view's pose reproduces the same view.
+    // A rigid pose is used unchanged, so that the pose of an earlier view reproduces exactly this
+    // view.
     const auto place =
         distanceFromRigid(*choice.pose) < kRigidByRounding ? choice.pose : rigid(*choice.pose);
     if (!place) {
@@ -196,8 +198,8 @@ View builtCamera(const CameraChoice& choice, const SceneExtent& extent) {
                                   : "the target is the scene's centre; give " + Parameter::kTarget);
     }
     auto place = lookAlong(eye, target - eye, up);
-    // When looking straight down or up, -Z is up in the picture, like north on a map, unless `up`
-    // is given.
+    // If the camera looks straight down or up and `up` is not given, -Z is up in the picture, like
+    // north on a map.
     if (!place && !choice.up) place = lookAlong(eye, target - eye, {0, 0, -1});
     if (!place) {
         throw Error(ErrorKind::kUsage, "the up direction is parallel to the viewing direction",
@@ -211,8 +213,9 @@ View builtCamera(const CameraChoice& choice, const SceneExtent& extent) {
     return view;
 }
 
-/// Sets near and far as requested, and a far plane beyond the bounds if the projection needs it.
-/// Throws Error (kUsage, or kInput for the scene's own planes) if near and far do not form a range.
+/// Sets near and far as requested. If an orthographic view has no far plane, puts one beyond the
+/// bounds. Throws Error (kUsage, or kInput for the scene's own planes) if near and far do not form
+/// a range.
 void setDepthRange(View& view, const CameraChoice& choice, const Bounds& bounds) {
     Projection& projection = view.projection;
     if (choice.near) projection.near = *choice.near;

@@ -41,9 +41,9 @@ bool setAlpha(Draw& draw, const Primitive& p, const Material& m) {
     return draw.alpha_tested || passes;
 }
 
-/// Whether two instances can be drawn together. Their mesh must have only one primitive: GL would
-/// draw all instances of the first primitive before the second, but at equal depths some methods
-/// need fragments in key order.
+/// Whether two instances can be drawn together. Their mesh must have only one primitive. If it had
+/// several, GL would draw all instances of the first primitive before the second. But at equal
+/// depths, some methods need fragments in key order.
 bool together(const Scene& scene, const MeshInstance& a, const MeshInstance& b) {
     const auto& primitives = scene.meshes[static_cast<std::size_t>(a.mesh)].primitives;
     return primitives.size() == 1 && a.node == b.node && a.mesh == b.mesh &&
@@ -52,8 +52,8 @@ bool together(const Scene& scene, const MeshInstance& a, const MeshInstance& b) 
 
 }  // namespace
 
-/// Chooses the spacing of entries in near_: wide enough for few entries, narrow enough for few
-/// surfaces between two entries.
+/// Chooses the spacing of entries in near_. The spacing is wide enough that there are few entries,
+/// and narrow enough that there are few surfaces between two entries.
 KeyIndex::KeyIndex(std::vector<std::uint32_t> first_keys, std::uint64_t end)
     : first_keys_(std::move(first_keys)) {
     constexpr std::uint64_t kLeast = 4096;
@@ -133,7 +133,7 @@ void DrawList::addGroup(const Scene& scene, std::span<const MeshInstance> instan
 
 /// Adds the surfaces of a group of instances. Must be called before the instances' matrices are
 /// added to worlds_, since the size of worlds_ gives the index of the first instance. `first_key`
-/// is the first key of this instance.
+/// is the first key of the first instance.
 void DrawList::addSurfaces(std::span<const Primitive> primitives, std::uint32_t first_key,
                            std::size_t instances) {
     for (std::size_t i = 0; i < instances; ++i) {

@@ -17,7 +17,7 @@ namespace peeler {
 
 struct MeshInstance;
 
-/// The vertices of a primitive: those of the mesh, or the deformed ones of an instance.
+/// The vertices of a primitive. They belong to the mesh or, if deformed, to an instance.
 struct Geometry {
     int mesh = 0;
     std::size_t primitive = 0;
@@ -51,7 +51,7 @@ struct KeyOrigin {
     std::size_t instance = 0;   ///< index into PosedScene::meshes()
     std::size_t primitive = 0;  ///< index among the mesh's primitives
     std::uint32_t element = 0;  ///< index among the primitive's points, lines or triangles
-    /// Index among the mesh's points, lines or triangles, primitive after primitive.
+    /// Index among all points, lines or triangles of the mesh, counted primitive by primitive.
     std::uint32_t in_mesh = 0;
 };
 
@@ -73,8 +73,8 @@ class KeyIndex {
 
     std::uint32_t surfaceOf(std::uint32_t key) const {
         const std::size_t near = key >> shift_;
-        // Finds the last surface with this first key: a primitive without elements has the same
-        // first key as the next one.
+        // Finds the last of the surfaces with the same first key. A primitive without elements has
+        // the same first key as the next primitive.
         const auto begin = first_keys_.begin();
         const auto after = std::upper_bound(begin + near_[near], begin + near_[near + 1] + 1, key);
         return static_cast<std::uint32_t>(after - begin) - 1;
@@ -88,8 +88,8 @@ class KeyIndex {
 };
 
 /// The draw order: depth-first over the nodes, then by instance, then by primitive of the mesh.
-/// Keys number GL's primitives in this order, starting at 1, whether instances are drawn together
-/// or one by one.
+/// Keys number GL's primitives in this order, starting at 1. They do not depend on whether
+/// instances are drawn together.
 class DrawList {
   public:
     /// Successive instances of a single-primitive mesh at the same node are drawn together. Throws
@@ -120,7 +120,8 @@ class DrawList {
     std::map<Geometry, std::size_t> geometry_index_;
     std::vector<glm::dmat4> worlds_;
     std::vector<DrawnSurface> surfaces_;
-    std::uint64_t next_key_ = 1;  // 0 is the key before the first layer in front-to-back peeling
+    // Starts at 1, since 0 is the key before the first layer in front-to-back peeling.
+    std::uint64_t next_key_ = 1;
     KeyIndex keys_;
 };
 

@@ -37,8 +37,8 @@ struct WorldElement {
     Corners corners;
     std::array<glm::dvec3, 3> corner{};  ///< positions of the corners, world space
 
-    /// Returns the normal, on the side from which the triangle is counter-clockwise in the mesh.
-    /// Its length is twice the triangle's area; 0 for lines and points.
+    /// Returns the normal. It points to the side from which the triangle is counter-clockwise in
+    /// the mesh. Its length is twice the triangle's area. For lines and points it is 0.
     glm::dvec3 normal() const;
     /// Returns the weighted mean of the corners.
     glm::dvec3 weighted(const std::array<double, 3>& weight) const {

@@ -17,7 +17,8 @@ namespace {
 constexpr std::size_t kEvenMoments = 9, kMostKeys = 24;
 
 /// Returns moments in seconds: kEvenMoments evenly spaced times from the first key to the last, and
-/// the times of all keys (of kMostKeys evenly chosen keys if there are more).
+/// the times of all keys. If there are more than kMostKeys keys, takes only kMostKeys of them,
+/// evenly chosen.
 std::set<double> momentsOf(const Scene& scene, std::span<const int> animations) {
     std::set<double> keys;
     for (const int animation : animations)
@@ -111,7 +112,8 @@ constexpr double kFill = 1 - 2 * kFramingMargin;
 /// more.)
 constexpr double kFlat = 0.05;
 
-/// A flat scene with a lower SceneExtent::facing() is viewed from behind.
+/// A flat scene is viewed from behind if its SceneExtent::facing() from the front is less than
+/// this.
 constexpr double kTurned = -0.25;
 
 std::array<glm::dvec3, 8> corners(const Bounds& bounds) {
@@ -157,8 +159,7 @@ FramingDirection framingDirection(const SceneExtent& extent, const glm::dvec3& u
     glm::dvec3 forward(0);
     forward[thin] = pleasing[thin] > 0 ? 1 : -1;
     if (extent.facing(-forward) < kTurned) forward = -forward;
-    // When the scene is seen from straight above or below, its front is at the bottom of the
-    // picture.
+    // If the camera looks straight down or up, the scene's front is at the bottom of the picture.
     if (std::abs(glm::dot(forward, up)) > 0.99) return {forward, turnedTo(up, {0, 0, -1})};
     return {forward, up};
 }
@@ -167,16 +168,18 @@ double sceneSize(const Bounds& bounds) {
     const double diagonal = glm::length(bounds.max - bounds.min);
     if (diagonal > 0) return diagonal;
     const glm::dvec3 place = glm::max(glm::abs(bounds.min), glm::abs(bounds.max));
-    // A single point. Any size works if eye and target differ in double precision.
+    // The scene is a single point. Any size works with which eye and target differ in double
+    // precision.
     return std::max(1.0, 1e-3 * std::max({place.x, place.y, place.z}));
 }
 
 namespace {
 
-/// Returns the shift along `axis` that centres the scene for an eye at `distance`. There, two
-/// planes of equal slope, one on either side of the eye, both touch the scene. Finds the slope by
-/// iteration from `slope`, at which the scene fits between the planes with the shift `known`.
-/// Returns `known` if the iteration does not converge, for example if the scene surrounds the eye.
+/// Returns the shift along `axis` that centres the scene for an eye at `distance`. With this shift,
+/// two planes of equal slope, one on either side of the eye, both touch the scene. Finds their
+/// slope by iteration. `slope` is the start value: with this slope and the shift `known`, the scene
+/// fits between the planes. Returns `known` if the iteration does not converge, for example if the
+/// scene surrounds the eye.
 double centringShift(const Reach& reach, const glm::dvec3& axis, const glm::dvec3& forward,
                      double slope, double distance, double known) {
     // Each step multiplies the error by about the scene's size / distance.
@@ -201,17 +204,18 @@ glm::dvec3 framingEye(const Reach& reach, double size, bool centred, const glm::
                       const glm::dvec3& up, const Projection& projection) {
     const glm::dvec3 right = glm::normalize(glm::cross(forward, up));
     const glm::dvec3 above = glm::cross(right, forward);
-    // Flat and single-point scenes need no room sideways, but the eye must stay in front of them.
-    // It must also stay in front of the origin: the camera looks at the origin, which may lie
-    // outside the scene.
+    // Flat scenes and single points need no room sideways, but the eye must stay in front of them.
+    // The eye must also stay in front of the origin, because the camera looks at the origin, which
+    // may lie outside the scene.
     double distance = std::max(reach(-forward), 0.0) + 0.05 * size;
     glm::dvec2 shift(0);
     const std::array<std::pair<glm::dvec3, double>, 2> axes = {
         {{right, projection.half_width}, {above, projection.half_height}}};
     for (int i = 0; i < 2; ++i) {
         const auto& [axis, half] = axes[static_cast<std::size_t>(i)];
-        // The scene's extent beyond two planes through the origin, one on either side. The planes
-        // are parallel to the frustum's sides (perspective camera) or to the viewing axis.
+        // The extents of the scene beyond two planes through the origin, one for each side of the
+        // picture. The planes are parallel to the sides of the frustum (perspective camera) or to
+        // the viewing axis.
         const double slope = projection.perspective ? kFill * half : 0;
         const double positive = reach(axis - slope * forward);
         const double negative = reach(-axis - slope * forward);

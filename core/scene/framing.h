@@ -21,9 +21,9 @@ class SceneExtent {
     /// Measures the vertices in this pose.
     explicit SceneExtent(const PosedScene& posed);
 
-    /// Measures these animations from the first key to the last, by the bounding boxes at up to 24
-    /// keys and at evenly spaced times. The extent is the same for every frame, so a camera that
-    /// frames the scene does not move.
+    /// Measures the extent over these animations, from the first key to the last, by bounding boxes
+    /// at up to 24 keys and at evenly spaced times. The extent is the same for every frame, so a
+    /// camera that frames the scene does not move.
     SceneExtent(const Scene& scene, int scene_index, std::span<const int> animations);
 
     /// Returns the bounds; a unit cube at the origin if the scene is empty. Throws Error (kInput)
@@ -34,9 +34,9 @@ class SceneExtent {
     /// empty.
     double reach(const glm::dvec3& origin, const glm::dvec3& direction) const;
 
-    /// Returns the mean facing of the triangles at the first moment, −1 to 1: their projected areas
-    /// as seen from `direction`, front faces minus back faces, divided by the sum of both. About 0
-    /// for closed surfaces; 0 if there are no triangles.
+    /// Returns the mean facing of the triangles at the first moment, −1 to 1. It is computed from
+    /// the triangles' projected areas as seen from `direction`: front faces minus back faces,
+    /// divided by the sum of both. About 0 for closed surfaces; 0 if there are no triangles.
     double facing(const glm::dvec3& direction) const;
 
   private:
@@ -45,8 +45,9 @@ class SceneExtent {
     std::vector<Bounds> boxes_;
 };
 
-/// Returns the default viewing direction, in world space: from the front (+Z if `up` is +Y, glTF
-/// 2.0 §3.4; −Y if `up` is +Z, as in modelling programs), a little from the right and from above.
+/// Returns the default viewing direction, in world space. It looks from the front, a little from
+/// the right and from above. The front is +Z if `up` is +Y (glTF 2.0 §3.4), and −Y if `up` is +Z,
+/// as in modelling programs.
 glm::dvec3 pleasingForward(const glm::dvec3& up);
 
 /// A viewing direction, and the picture's up vector.
@@ -61,15 +62,15 @@ struct FramingDirection {
 /// are seen along pleasingForward().
 FramingDirection framingDirection(const SceneExtent& extent, const glm::dvec3& up);
 
-/// Returns the diagonal of the bounds; if it is 0, a length suited to the position.
+/// Returns the diagonal of the bounds. If it is 0, returns a length that suits the position.
 double sceneSize(const Bounds& bounds);
 
-/// A function that returns a scene's extent along a direction: the maximum dot product with points
-/// relative to an origin.
+/// A function that returns the reach of a scene along a direction: the maximum dot product of the
+/// direction with the scene's points, relative to an origin.
 using Reach = std::function<double(const glm::dvec3& direction)>;
 
-/// The margin at each end of the picture side that limits the camera's distance, as a fraction of
-/// this side.
+/// The margin at each end of one side of the picture, as a fraction of this side. The side is the
+/// one that limits the camera's distance.
 inline constexpr double kFramingMargin = 0.05;
 
 /// Returns the eye of a camera that looks along `forward`, relative to the origin of `reach`. The

@@ -15,16 +15,17 @@
 namespace peeler {
 namespace {
 
-/// The position of a picture, along one dimension, in a larger picture that is centred on the axis.
+/// The position of a picture, along one dimension, in a larger picture whose centre is on the
+/// optical axis.
 struct OffCentre {
     /// Size of the larger picture, and index of the picture's first pixel in it.
     int whole = 0, first = 0;
-    double sample = 0;         ///< sample position in each pixel
+    double sample = 0;  ///< sample position in each pixel
     bool operator==(const OffCentre&) const = default;
 };
 
-/// Returns the placement of a picture with `pixels` pixels and its axis at `centre`, in pixels from
-/// the centre of the first pixel; nullopt if the larger picture would exceed kMostPictureSide.
+/// Returns the placement of a picture with `pixels` pixels whose axis is `centre` pixels from the
+/// centre of the first pixel; nullopt if the larger picture would exceed kMostPictureSide.
 std::optional<OffCentre> offCentre(int pixels, double centre) {
     const double corner = centre + 0.5;  // measured from the corner of the first pixel
     const double whole = std::ceil(2 * std::max(corner, pixels - corner));
@@ -51,13 +52,14 @@ double rounded(double value, int digits) {
     return result;
 }
 
-/// Returns the number with the fewest digits that equals `value` up to rounding and for which
-/// fits() is true; nullopt if there is no such number.
+/// Returns the number with the fewest digits among those that equal `value` up to rounding and for
+/// which fits() is true; nullopt if there is no such number.
 template <class Fits>
 std::optional<double> simplest(double value, const Fits& fits) {
     for (int digits = 1; digits < std::numeric_limits<double>::max_digits10; ++digits)
         if (const double candidate = rounded(value, digits); fits(candidate)) return candidate;
-    constexpr int kFarthest = 4;  // units in the last place; more than the error of two divisions
+    constexpr int kFarthest =
+        4;  // in units in the last place; more than the error of two divisions
     double below = value, above = value;
     for (int step = 0; step <= kFarthest; ++step) {
         if (fits(below)) return below;
@@ -68,13 +70,14 @@ std::optional<double> simplest(double value, const Fits& fits) {
     return std::nullopt;
 }
 
-/// Returns the focal length of a picture of `whole` pixels that has this half extent at distance 1.
+/// Returns the focal length with which a picture of `whole` pixels has this half extent at distance
+/// 1.
 double focalLengthOf(int whole, double half) {
     const double value = whole / (2 * half);
     if (const auto found = simplest(value, [&](double f) { return whole / (2 * f) == half; }))
         return *found;
-    // No focal length gives exactly `half`. Use the nearest half extent that has a focal length, so
-    // that further conversions change nothing.
+    // No focal length gives exactly `half`. Uses the nearest half extent that a focal length gives,
+    // so that further conversions change nothing.
     const double nearest = whole / (2 * value);
     return nearest == half ? value : focalLengthOf(whole, nearest);
 }

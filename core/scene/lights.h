@@ -13,7 +13,8 @@
 namespace peeler {
 
 struct PlacedLight {
-    /// The light's name; without a name, the node's name or "light N" in draw order.
+    /// The name of the light. If it has none, this is the name of its node or "light N", where N
+    /// counts in draw order.
     std::string name;
     std::string node_name;  ///< may be empty
     Light light;
@@ -25,8 +26,8 @@ struct PlacedLight {
 /// front). Throws Error (kInput) if a node's matrix gives its light no position or direction.
 std::vector<PlacedLight> placedLights(const PosedScene& posed);
 
-/// The maximum half angle, in radians, of a spot light's view and shadows. It is limited because a
-/// half space has no perspective projection.
+/// The maximum half angle, in radians, of a spot light's view and shadows. A limit is needed
+/// because a perspective projection cannot show a half space.
 inline constexpr double kWidestCone = 1.4835298641951802;  // 85 degrees in radians
 
 /// Returns the camera and projection of a light, named "light:" plus the light's name. A

@@ -19,15 +19,15 @@ inline constexpr std::size_t kMaterialTextures = 17;
 /// Returns all texture slots, in the order of the texture units (PEELER_BASE_COLOR_UNIT …).
 std::array<MaterialTexture, kMaterialTextures> texturesOf(Material& material);
 
-/// Returns the reflectance at normal incidence of a dielectric in air; 1 for an ior of 0, which
-/// means infinity (KHR_materials_ior).
+/// Returns the reflectance of a dielectric in air at normal incidence. An ior of 0 means infinity
+/// (KHR_materials_ior), which gives 1.
 float dielectricF0(float ior);
 
 /// Whether light passes through the surface, which then occludes nothing.
 bool isTransmissive(const Material& material);
 
-/// Whether the material may tint transmitted light: its base colour, texture or volume may filter
-/// channels differently. Vertex colours are not considered.
+/// Whether the material may tint transmitted light. This is so if its base colour, texture or
+/// volume may filter channels differently. Vertex colours are not considered.
 bool isTintedGlass(const Material& material);
 
 }  // namespace peeler

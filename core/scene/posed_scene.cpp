@@ -15,8 +15,9 @@
 
 namespace peeler {
 
-/// The joint matrices of a skin at a moment. Each is the product of the joint's transform and its
-/// inverse bind matrix. Has external linkage because PosedScene::Builder has members of this type.
+/// The joint matrices of a skin at a moment. Each matrix is the product of the joint's transform
+/// and the joint's inverse bind matrix. This type has external linkage because PosedScene::Builder
+/// has members of it.
 struct JointMatrices {
     std::vector<glm::dmat4> joints;
     glm::dmat4 unskinned{1};  ///< for primitives without joints, which follow their node
@@ -48,7 +49,7 @@ void displace(std::vector<Vector>& values, const std::vector<Displacement>& disp
     });
 }
 
-/// Returns the skinning matrix of a vertex: the weighted mean of its joints.
+/// Returns the skinning matrix of a vertex: the weighted mean of the matrices of its joints.
 glm::dmat4 skinMatrix(const Primitive& primitive, const JointMatrices& skin, std::size_t vertex) {
     if (primitive.joint_sets.empty()) return skin.unskinned;
     glm::dmat4 sum(0);
@@ -147,7 +148,7 @@ struct Visit {
 template <class Body>
 void walk(const Scene& scene, const Pose& pose, const std::vector<int>& roots,
           const glm::dmat4& to_world, const Body& body) {
-    // An explicit stack, since nesting depth is unlimited. The stack is last in, first out, so
+    // The stack is explicit because nesting depth is unlimited. It is last in, first out, so
     // children are pushed in reverse order.
     std::vector<Visit> stack;
     const auto push = [&](const std::vector<int>& nodes, const glm::dmat4& world, bool visible) {
@@ -239,8 +240,8 @@ class PosedScene::Builder {
         }
     }
 
-    /// Places a skinned mesh at its joints. Deformed vertices are floats, so they are relative to
-    /// the first joint, which preserves precision far from the origin.
+    /// Places a skinned mesh at its joints. Deformed vertices are floats. They are relative to the
+    /// first joint, so that they stay precise far from the origin.
     const JointMatrices& place(const Node& node, MeshInstance& instance) {
         const Skin& skin = scene_.skins[static_cast<std::size_t>(node.skin)];
         if (worlds_.empty()) worlds_ = worldsOf(scene_, pose_, to_world_);
@@ -256,8 +257,8 @@ class PosedScene::Builder {
                 matrices.joints.push_back(to_anchor * worldOf(i) * skin.inverse_bind[i]);
         matrices.unskinned = to_anchor * instance.world;
         instance.world = glm::translate(glm::dmat4(1), anchor);
-        // Joints can mirror a mesh, as nodes can. The first vertex decides; if only some joints
-        // mirror, neither answer is correct.
+        // Joints can mirror a mesh, as nodes can. The joints of the first vertex decide. If only
+        // some joints mirror, neither answer is correct for the whole mesh.
         const auto& primitives = scene_.meshes[static_cast<std::size_t>(node.mesh)].primitives;
         instance.mirrored =
             !primitives.empty() && isMirrored(skinMatrix(primitives.front(), matrices, 0));
@@ -392,7 +393,8 @@ std::optional<Bounds> PosedScene::bounds() const {
 double PosedScene::reach(const glm::dvec3& origin, const glm::dvec3& direction) const {
     double farthest = -std::numeric_limits<double>::infinity();
     for (const MeshInstance& instance : meshes()) {
-        // Transforms the direction to the mesh instead of every vertex to the world.
+        // Transforms the direction to the space of the mesh. This is faster than transforming every
+        // vertex to world space.
         const glm::dvec3 local = glm::transpose(glm::dmat3(instance.world)) * direction;
         const double offset = glm::dot(glm::dvec3(instance.world[3]) - origin, direction);
         for (std::size_t i = 0; i < primitives(instance).size(); ++i)

@@ -109,9 +109,9 @@ struct LightInstance {
 
 using DeformedMesh = std::vector<DeformedVertices>;  ///< one entry per primitive
 
-/// The contents of one of a file's scenes in a pose. They are listed depth first, which is the draw
-/// order. The same instances exist in the same order at all times. Copies are cheap, because they
-/// share immutable contents.
+/// The contents of one of a file's scenes in a pose, listed depth first, which is the draw order.
+/// The instances and their order do not depend on the time. Copies are cheap, because they share
+/// immutable contents.
 class PosedScene {
   public:
     /// `index` is an index into Scene::scenes. `scene` must outlive this object and all its copies.
@@ -154,8 +154,8 @@ class PosedScene {
     /// Returns, for every mesh instance, its index among the instances of its node.
     std::vector<std::uint32_t> instanceOrdinals() const;
 
-    /// Whether anything drawn transmits coloured light: tinted glass (isTintedGlass()), or a
-    /// transmissive surface with vertex colours. The answer is the same at all times.
+    /// Whether anything drawn transmits coloured light. This may be tinted glass (isTintedGlass()),
+    /// or a transmissive surface with vertex colours. The answer does not depend on the time.
     bool hasTintedGlass() const;
 
     /// Returns the bounding box of all vertices; nullopt if there are no vertices.
@@ -179,7 +179,8 @@ class PosedScene {
     };
     class Builder;
 
-    /// Returns array_of() of the deformed vertices; if that is empty, array_of() of the primitive.
+    /// Returns array_of() of the deformed vertices; if this array is empty, array_of() of the
+    /// primitive.
     template <class ArrayOf>
     const auto& arrayOf(const Geometry& geometry, const ArrayOf& array_of) const;
 

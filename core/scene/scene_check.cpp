@@ -142,7 +142,7 @@ void checkNodes(const Scene& scene) {
                 refuse("node " + std::to_string(child) + " has two parents", where);
         }
     }
-    // No node has two parents, so nodes that no root reaches form a cycle.
+    // No node has two parents, so nodes that cannot be reached from any root form a cycle.
     std::vector<int> reached = rootsOf(scene.nodes);
     for (std::size_t i = 0; i < reached.size(); ++i) {
         const auto& children = scene.nodes[static_cast<std::size_t>(reached[i])].children;

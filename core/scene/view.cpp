@@ -7,7 +7,7 @@
 namespace peeler::inline v0 {
 namespace {
 
-/// The sine of the angle below which two directions are parallel.
+/// Two directions are parallel if the sine of their angle is less than this.
 constexpr double kParallel = 1e-7;
 
 /// Returns `v` normalised; nullopt if its length is 0 or not finite. Divides by the largest
@@ -66,8 +66,8 @@ glm::dmat4 Projection::matrix(double u0, double v0, double u1, double v1) const 
 
 namespace {
 
-/// Calls use(linear) with the function from depth to camera Z. The function is chosen once for many
-/// depths, so that compilers can vectorise the loop over them.
+/// Calls use(linear), where `linear` converts depth to camera Z. The conversion is chosen once for
+/// many depths, so that compilers can vectorise the loop over them.
 template <class Use>
 auto withLinearZ(const Projection& projection, Use&& use) {
     const double n = projection.near, f = projection.far;

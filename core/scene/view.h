@@ -9,13 +9,13 @@
 
 namespace peeler {
 
-/// Returns a matrix's distance from a rigid transform: the largest deviation of its determinant
-/// from 1, of its squared axis lengths from 1, and of its axes' dot products from 0. NaN or
-/// infinite if the matrix is NaN or infinite.
+/// Returns a matrix's distance from a rigid transform. This is the largest of three deviations: of
+/// the determinant from 1, of the squared lengths of the axes from 1, and of the dot products of
+/// the axes from 0. NaN or infinite if the matrix is NaN or infinite.
 double distanceFromRigid(const glm::dmat4& matrix);
 
-/// The maximum distanceFromRigid() of a matrix that is rigid up to rounding. Results of lookAlong()
-/// and rigid() stay within it.
+/// The maximum distanceFromRigid() of a matrix that is rigid up to rounding. Matrices from
+/// lookAlong() and rigid() do not exceed it.
 inline constexpr double kRigidByRounding = 1e-12;
 
 /// Mapping between a view's pixels and points in camera space (looking along −Z, +Y up). Pixel
@@ -46,7 +46,8 @@ class PixelRays {
                             : glm::dvec3(at.x, -at.y, -planar);
     }
 
-    /// Returns the pixel coordinates of a point, which must be in front of a perspective camera.
+    /// Returns the pixel coordinates of a point. If the camera is perspective, the point must be in
+    /// front of it.
     glm::dvec2 pixel(const glm::dvec3& point) const {
         glm::dvec2 at(point.x, -point.y);
         if (perspective_) at /= -point.z;
@@ -58,7 +59,7 @@ class PixelRays {
     double weight(double z) const { return perspective_ ? 1 / z : 1; }
 
     /// Returns the change of planar depth from one pixel to the next, at this planar depth, on a
-    /// surface turned by 45° from facing the camera.
+    /// surface that is turned by 45° away from the camera.
     glm::dvec2 unitStep(double planar) const {
         const glm::dvec2 spacing = 2.0 * half_ / size_;
         return perspective_ ? spacing * planar : spacing;

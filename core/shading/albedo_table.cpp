@@ -21,7 +21,7 @@ double vanDerCorput(int i) {
     return sum;
 }
 
-/// Returns Smith's lambda, from which the masked fraction of the microfacets follows.
+/// Returns Smith's lambda. The masked fraction of the microfacets follows from it.
 double smith(double a2, double cosine) {
     return 0.5 * (std::sqrt(1 + a2 * (1 - cosine * cosine) / (cosine * cosine)) - 1);
 }
@@ -50,7 +50,7 @@ struct Part {
     }
 };
 
-/// A lobe in two parts: the factor of F0 (scale), and the term to add for F90 (bias).
+/// A lobe in two parts: `scale` is multiplied by F0, and `bias` is multiplied by F90.
 struct GgxLobe {
     Part scale, bias;
 };
@@ -113,8 +113,8 @@ double turnOf(const Part& part, double n_dot_v) {
     return slope / (std::sqrt(1 - n_dot_v * n_dot_v) + slope * (1 - n_dot_v));
 }
 
-/// Returns a roughness relative to `roughness`, the roughness of the lobe. It is the roughness of
-/// the level whose filter is as wide as the part.
+/// Returns the roughness of the level whose filter is as wide as the part, divided by `roughness`,
+/// the roughness of the lobe.
 double widthOf(const Part& part, double roughness) {
     if (!(part.share > 1e-12)) return 1;
     return levelOfCosine(glm::length(part.moment) / part.share) / roughness;
@@ -126,11 +126,12 @@ struct GgxEntry {
 };
 
 GgxEntry ggxEntry(double roughness, double n_dot_v) {
-    // Below this roughness, widths are those of a lobe of this roughness. Narrower lobes have too
-    // few samples in their tails, and all narrow lobes have the same shape.
+    // For a roughness below this one, widths are computed for a lobe of this roughness. Narrower
+    // lobes would have too few samples in their tails, and all narrow lobes have the same shape.
     constexpr double kNarrow = 0.2;
-    // Above this view cosine, mean directions are taken at this cosine. Seen head-on, the normal
-    // and the mirrored view coincide, so no line connects them.
+    // For a view cosine above this one, mean directions are computed at this cosine. If the surface
+    // is seen head-on, the normal and the mirrored view coincide, and there is no line between
+    // them.
     constexpr double kHeadOn = 0.995;
     const auto lobeOf = [](double rough, double cosine) {
         return ggxLobe(std::max(rough * rough, kLeastAlpha), cosine);
@@ -139,8 +140,8 @@ GgxEntry ggxEntry(double roughness, double n_dot_v) {
     const double leaning = std::min(n_dot_v, kHeadOn), wide = std::max(roughness, kNarrow);
     const GgxLobe turned = n_dot_v > leaning ? lobeOf(roughness, leaning) : own;
     const GgxLobe widened = roughness < wide ? lobeOf(wide, n_dot_v) : own;
-    // In the mean cosine, the tails of a narrow lobe weigh more than they contribute visually, so
-    // the lobe's width is reduced (tests/benchmarks/referee.py).
+    // The tails of a narrow lobe affect the mean cosine more than the appearance, so the lobe's
+    // width is reduced (tests/benchmarks/referee.py).
     const double seen = std::min(1.0, 0.9 + 0.25 * roughness);
     return {{own.scale.share, own.bias.share},
             {turnOf(turned.scale, leaning), seen * widthOf(widened.scale, wide),

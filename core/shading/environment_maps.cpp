@@ -18,8 +18,8 @@
 namespace peeler {
 namespace {
 
-// Texels per side. Mirror reflections keep the resolution of the environment picture (up to
-// kLargestFace), and the levels for wide lobes do not become too coarse.
+// Texels per side of the sharpest level. Mirror reflections keep the resolution of the environment
+// picture (up to kLargestFace), and the levels for wide lobes do not become too coarse.
 constexpr int kSmallFace = 16, kUsualFace = 128, kLargestFace = 512;
 constexpr int kRoughestFace = 8;
 constexpr int kIrradianceFace = 16, kIrradianceSource = 32;
@@ -180,7 +180,7 @@ class SeamlessCube {
     int size() const { return size_; }
 
     /// Returns the interpolated radiance from a direction of any length. `own` is the direction in
-    /// the axes of `face`, but may hit another face.
+    /// the axes of `face`, even if the direction hits another face.
     glm::vec4 at(int face, const glm::vec3& own) const {
         if (std::max(std::abs(own.x), std::abs(own.y)) <= own.z) return on(face, own);
         const glm::vec3 direction = kFaceAxes[static_cast<std::size_t>(face)] * own;
@@ -202,7 +202,7 @@ class SeamlessCube {
                (next[0] * (1 - across) + next[1] * across) * down;
     }
 
-    /// Returns the texel of a neighbouring face nearest to a border texel.
+    /// Returns a texel of a neighbouring face: the one nearest to a border texel of this face.
     static glm::vec3 beyond(const CubeMap& cube, int face, int x, int y) {
         const glm::vec3 direction = cubeDirection(face, x, y, cube.size);
         const int other = faceOf(direction);
@@ -219,17 +219,17 @@ class SeamlessCube {
     std::vector<glm::vec4> texels_;
 };
 
-/// A patch of a lobe around +Z: its centre (by the mean cosine), its weight in the lobe, and the
-/// pyramid level with texels of about the patch's size.
+/// A patch of a lobe around +Z. It has a centre (by the mean cosine), a weight in the lobe, and the
+/// pyramid level whose texels have about the patch's size.
 struct Patch {
     glm::vec3 direction{0};
     float weight = 0;
     std::size_t level = 0;
 };
 
-/// Returns the patches of a lobe. Rings between these angles from the axis are each divided into
-/// `around` patches of equal weight. A patch's weight is `lobe`, a function of the angle,
-/// integrated over the patch's solid angle.
+/// Returns the patches of a lobe. The angles from the axis bound rings. Each ring is divided into
+/// `around` patches of equal weight. The weight of a patch is the integral of `lobe`, a function of
+/// the angle, over the patch's solid angle.
 std::vector<Patch> patches(const std::vector<double>& angles, int around,
                            const std::function<double(double)>& lobe,
                            const std::vector<SeamlessCube>& pyramid) {
@@ -272,8 +272,9 @@ std::vector<Patch> patches(const std::vector<double>& angles, int around,
 /// weighted by the light's cosine.
 std::vector<Patch> ggxPatches(double roughness, const std::vector<SeamlessCube>& pyramid) {
     const double alpha = roughness * roughness;
-    // In units of alpha, all narrow lobes have the same shape, with half of their weight within 1.
-    // Maps of wide lobes have few texels, so more patches are affordable.
+    // If angles are measured in units of alpha, all narrow lobes have the same shape, with half of
+    // their weight within 1. Wide lobes get more patches, which costs little because their maps
+    // have few texels.
     constexpr int kWideRings = 10;
     const bool wide = alpha > 0.2;
     std::vector<double> angles{0};
@@ -381,7 +382,8 @@ EnvironmentMaps prefilter(const Environment& environment) {
     };
     const int least = std::clamp(texels(environment.width), kSmallFace, kUsualFace);
     const int size = std::clamp(texels(environment.width / 4), least, kLargestFace);
-    // Finer sources are shrunk first, since they would alias in the cube's texels.
+    // Finer sources are reduced first, since they would alias at the resolution of the cube's
+    // texels.
     const int width = std::min(environment.width, 4 * size);
     const int height = std::min(environment.height, 2 * size);
     const bool fits = width == environment.width && height == environment.height;

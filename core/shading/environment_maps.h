@@ -9,8 +9,8 @@
 
 namespace peeler {
 
-/// Six square faces, one after the other, in OpenGL's order (+X, −X, +Y, −Y, +Z, −Z), orientation
-/// and order of rows.
+/// Six square faces, one after the other. Their order (+X, −X, +Y, −Y, +Z, −Z), orientation and
+/// order of rows are those of OpenGL.
 struct CubeMap {
     int size = 0;
     std::vector<glm::vec3> texels;
@@ -31,8 +31,8 @@ struct EnvironmentMaps {
     CubeMap irradiance;  ///< irradiance divided by pi
 };
 
-/// Incident radiance for integrals over `count` evenly distributed directions. It is the mean
-/// around each direction, so that small bright lights keep their energy.
+/// Incident radiance for integrals over `count` evenly distributed directions. Each value is the
+/// mean radiance around its direction, so that small bright lights keep their energy.
 class EnvironmentSamples {
   public:
     EnvironmentSamples(const Environment& environment, int count);

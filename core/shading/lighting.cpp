@@ -77,7 +77,7 @@ void EnvironmentTextures::bind() const {
 
 namespace {
 
-/// Clamps to the range of a float, since larger values would become infinity or NaN.
+/// Clamps to the range of a float. Larger values would become infinity or NaN.
 glm::vec3 finite(const glm::dvec3& v) {
     constexpr double kLargest = std::numeric_limits<float>::max();
     return glm::vec3(glm::clamp(v, -kLargest, kLargest));

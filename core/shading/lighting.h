@@ -18,9 +18,9 @@ namespace peeler {
 /// albedo table, for materials with a sheen.
 class EnvironmentTextures {
   public:
-    /// Uploads the necessary textures. Prefilters the environment, unless it is the built-in studio
-    /// without rotation. The studio's maps are embedded in the program, like the tables
-    /// (constants.h). Throws Error (kMemory) if the driver runs out of memory.
+    /// Uploads the necessary textures. Prefilters the environment, except for the built-in studio
+    /// without rotation: its maps are embedded in the program, like the tables (constants.h).
+    /// Throws Error (kMemory) if the driver runs out of memory.
     EnvironmentTextures(const gl::Functions& gl, const Scene& scene);
 
     /// Whether the scene has an environment of its own.

@@ -16,7 +16,8 @@ namespace {
 static_assert(kMaterialTextures == PEELER_MATERIAL_UNITS);
 
 constexpr MaterialFeature kFeatures[] = {
-    // Changes alpha: these materials have no metallic factor, which would block transmitted light.
+    // This changes alpha: such materials have no metallic factor, which would block transmitted
+    // light.
     {"SPECULAR_GLOSSINESS", [](const Material& m) { return m.specular_glossiness.has_value(); },
      true},
     {"SPECULAR",
@@ -124,7 +125,8 @@ const Tables& tables(bool srgb) {
     return srgb ? srgb_tables : linear_tables;
 }
 
-constexpr float kHalf = 0.5F;  // rounds; std::lround would cost more than the rest of a level
+// Added to round; std::lround would cost more than the rest of a level.
+constexpr float kHalf = 0.5F;
 
 /// Up to three source texels of one destination texel, with weights that add up to 1.
 struct Taps {

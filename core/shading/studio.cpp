@@ -64,8 +64,8 @@ std::array<PlacedBox, std::size(kSoftBoxes)> placedBoxes() {
     return placed;
 }
 
-/// Returns the coverage of the box in a direction, from 0 to 1. Sets `light` to the box's radiance
-/// there.
+/// Returns how much the box covers a direction: 0 outside the box, 1 inside its soft edges. Sets
+/// `light` to the box's radiance in this direction.
 double coverage(const PlacedBox& placed, const glm::dvec3& direction, glm::dvec3& light) {
     const double along = glm::dot(direction, placed.middle);
     if (along < 1e-3) return 0;
@@ -118,7 +118,8 @@ Environment studioEnvironment() {
                 }
                 sum += radiance;
             }
-            // Rounded, so that machines whose sines differ in the last bit compute the same studio.
+            // Rounds the result, so that machines whose sines differ in the last bit compute the
+            // same studio.
             constexpr double kStep = 4096;
             studio.radiance[row * kStudioWidth + column] =
                 glm::round(sum / double(kParts * kParts) * kStep) / kStep;

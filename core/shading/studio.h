@@ -11,7 +11,8 @@ namespace peeler {
 /// it faces the key light, 1.1 if it faces up, and 0.7 if it faces a viewer in front. The
 /// environment has no hash. Computed at build time; the program uses embeddedStudio().
 Environment studioEnvironment();
-// Every edge is several pixels wide, so a higher resolution would show nothing more.
+// The studio has no detail for a higher resolution to show, since every edge is several pixels
+// wide.
 inline constexpr int kStudioWidth = 256, kStudioHeight = 128;
 
 }  // namespace peeler

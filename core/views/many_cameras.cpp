@@ -15,8 +15,8 @@ namespace {
 
 constexpr double kOrbitElevation = 30;  // degrees
 
-/// Returns a random number in [0, 1) with 53 bits. Replaces std::uniform_real_distribution, which
-/// may differ between libraries.
+/// Returns a random number in [0, 1) with 53 bits. std::uniform_real_distribution would give
+/// different numbers with different libraries.
 double uniform(std::mt19937_64& random) {
     return static_cast<double>(random() >> 11U) * 0x1p-53;
 }
@@ -50,7 +50,7 @@ std::vector<CameraChoice> viewsAround(const ViewsAround& asked, const SceneExten
     const double half_height = std::tan(glm::radians(asked.fov) / 2);
     const double half_width = half_height * asked.size.width / asked.size.height;
     const double radius = glm::length(bounds.max - bounds.min) / 2;
-    // At the usual distance, the sphere around the bounds touches the edges of the narrower field
+    // At the default distance, a sphere around the bounds touches the edges of the narrower field
     // of view.
     const double narrow = std::atan(std::min(half_width, half_height) * (1 - 2 * kFramingMargin));
     const double usual = radius > 0 ? radius / std::sin(narrow) : 2 * sceneSize(bounds);

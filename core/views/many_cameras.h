@@ -27,8 +27,8 @@ struct ViewsAround {
     std::uint64_t seed = 0;            ///< seed of kRandom
     std::optional<double> distance{};  ///< distance from the centre to the eye, in scene units
     double fov = 40;                   ///< vertical field of view, degrees
-    /// Whether rays go through the upper left corners of pixels instead of their centres, as in
-    /// data-set tools that count pixels from 0 and put the principal point at half the picture's
+    /// Whether rays go through the upper left corners of pixels instead of their centres. Data-set
+    /// tools do so if they count pixels from 0 and put the principal point at half the picture's
     /// size.
     bool through_corners = false;
     Size size{};  ///< must have width and height
@@ -54,7 +54,8 @@ struct Normalizing {
     glm::dmat4 matrix() const;
 };
 
-/// Returns the normalisation of a scene in this pose. Throws Error (kInput) if it has no extent.
+/// Returns the normalisation of a scene in this pose. Throws Error (kInput) if the scene has no
+/// extent.
 Normalizing normalizing(const PosedScene& posed, Normalized to);
 
 }  // namespace peeler

@@ -24,13 +24,13 @@ namespace {
 
 constexpr int kStripRows = 16;
 constexpr int kBandStrips = 16;
-/// Fixed-point steps per pixel. Products of two coordinates fit into 64 bits.
+/// Fixed-point steps per pixel. With this number, products of two coordinates fit into 64 bits.
 constexpr double kSteps = 4096;
-/// The maximum coordinate of a cell's corners, in pixels. Cells beyond it almost touch the camera,
-/// and are dropped.
+/// The maximum coordinate of a cell's corners, in pixels. Cells with larger coordinates almost
+/// touch the camera, and are dropped.
 constexpr double kFarOut = 1 << 17;
-/// The alpha from which a fragment hides the fragments behind it. Less than 1, because
-/// interpolation may miss 1 by rounding.
+/// The minimum alpha of a fragment that hides the fragments behind it. The minimum is less than 1,
+/// because interpolation of opaque fragments may give slightly less than 1.
 constexpr float kOpaque = 0.9999F;
 
 using Fixed = glm::tvec2<std::int64_t>;
@@ -38,8 +38,9 @@ using Fixed = glm::tvec2<std::int64_t>;
 /// A cell as seen by the other camera.
 struct ScreenCell {
     std::array<Fixed, kCorners> corners;
-    /// Per corner: a factor for its barycentric coordinate, the ratio of the two cameras' weights.
-    /// It makes interpolation a projective map from picture to picture.
+    /// For each corner: the ratio of the two cameras' interpolation weights. The corner's
+    /// barycentric coordinate is multiplied by it, which makes interpolation a projective map from
+    /// picture to picture.
     std::array<double, kCorners> weights;
     Fixed least, most;
 };
@@ -133,7 +134,8 @@ class Reprojection {
     SurfaceCells cells_;
     std::vector<std::uint32_t> pixels_;  ///< pixel of every fragment
     std::size_t strips_;
-    /// Index of each strip's first entry in strip_fragments_, then the end.
+    /// For each strip: the index of its first entry in strip_fragments_. The last element is the
+    /// end.
     std::vector<std::size_t> strip_offsets_;
     std::vector<std::uint32_t> strip_fragments_;  ///< fragments of each strip, in ascending order
 };
@@ -267,9 +269,9 @@ void Reprojection::rasterise(std::uint32_t fragment, const ScreenCell& cell, con
 
 void Reprojection::addHit(std::uint32_t fragment, const glm::dvec2& in_cell, std::uint32_t pixel,
                           std::vector<CellHit>& hits) const {
-    // Interpolates the corners' planar depth bilinearly, with a correction that gives the centre
-    // the fragment's own depth. At the captured camera, this keeps nearly touching surfaces in
-    // captured order.
+    // Interpolates the corners' planar depth bilinearly. A correction gives the centre the
+    // fragment's own depth. So at the captured camera, nearly touching surfaces keep their captured
+    // order.
     const auto& corners = cells_.corners[fragment];
     const double u = in_cell.x + 0.5, v = in_cell.y + 0.5;
     const double own = from_rays_.planar(image_.z[fragment]);

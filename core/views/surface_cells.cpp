@@ -15,15 +15,16 @@ namespace peeler {
 namespace {
 
 /// Limits of depth steps between neighbouring pixels, in pixel spacings (the tangent of the angle
-/// between surface and picture). kSteepestStep: the maximum step of a pair. kGentleStep: the
-/// maximum step that needs no similar step beside it.
+/// between surface and picture). A pair of fragments has a step of at most kSteepestStep. A step of
+/// more than kGentleStep needs a similar step beside it.
 constexpr double kSteepestStep = 20, kGentleStep = 3;
-/// A steep step and its neighbour on the same surface differ by at most this fraction of the step.
+/// The maximum difference between a steep step and its neighbour on the same surface, as a fraction
+/// of the step.
 constexpr double kBend = 0.8;
-/// The cost of an unpaired fragment, in squared steps. A pair saves two of these costs, so its step
-/// may be up to kSteepestStep.
+/// The cost of an unpaired fragment, in squared steps. A pair saves the cost of two unpaired
+/// fragments, so the step of a pair may be up to kSteepestStep.
 constexpr double kGap = kSteepestStep * kSteepestStep / 2;
-/// The maximum number of linked fragments per pixel. Fragments behind them have no links.
+/// The maximum number of fragments per pixel that get links. Fragments behind them get none.
 constexpr std::size_t kMostFragments = 128;
 
 constexpr Side opposite(Side side) {
@@ -50,8 +51,8 @@ class Linker {
                 planar_[f] = rays_.planar(image_.z[f]);
             }
         });
-        // Rows can run in parallel: each writes the upper sides of the row below, but not the upper
-        // sides of its own fragments.
+        // Rows can run in parallel. Each row writes the upper sides of the next row's fragments,
+        // but not the upper sides of its own.
         parallelFor(height, [&](std::size_t y) {
             Table table;
             for (std::size_t x = 0; x < width; ++x) {
@@ -109,9 +110,9 @@ class Linker {
     }
 
     /// Finds the order-preserving assignment of two lists with the minimum sum of squared steps, by
-    /// dynamic programming (sequence alignment). Steps are squared because plain sums cannot
-    /// separate two parallel surfaces that are closer to each other than their step: a wrong
-    /// pairing costs the same. Greedy pairing would even prefer the wrong one.
+    /// dynamic programming (sequence alignment). If two parallel surfaces are closer to each other
+    /// than their step, a wrong pairing has the same plain sum of steps as the right one. Squared
+    /// steps tell them apart. Greedy pairing would even prefer the wrong pairing.
     void align(std::size_t pixel, std::size_t next, Side side, Table& table) {
         const List from = list(pixel), to = list(next);
         if (from.count == 0 || to.count == 0) return;
@@ -145,7 +146,7 @@ class Linker {
         }
     }
 
-    /// Whether to keep a link. The result is the same from both ends.
+    /// Whether to keep a link. The answer is the same for both ends of the link.
     bool holds(std::size_t fragment, Side side) const {
         const std::uint32_t next = links_[fragment][side];
         if (next == kNoFragment) return false;
@@ -173,9 +174,9 @@ SurfaceLinks linkSurfaces(const LayeredImage& image, const View& view) {
 
 namespace {
 
-/// For perspective cameras: the maximum factor by which the planar depth at a corner may exceed or
-/// fall below that of the fragments around the corner. It keeps a surface seen edge-on from
-/// extending behind the camera or to the horizon.
+/// The maximum factor, for perspective cameras, by which the planar depth at a corner may be
+/// greater or less than that of the fragments around the corner. The limit keeps a surface that is
+/// seen edge-on from extending behind the camera or to the horizon.
 constexpr double kStretch = 2;
 
 /// The sides that lead from pixel to pixel around a corner, clockwise. The first pixel is the one
@@ -204,7 +205,8 @@ class CellMaker {
     }
 
     float corner(std::uint32_t fragment, Corner corner) const {
-        // The index of this pixel among the four pixels around the corner, in the order of kAround.
+        // The position of this pixel among the four pixels around the corner, in the order of
+        // kAround.
         const auto start = static_cast<std::size_t>((corner + 2) % kCorners);
         std::array<std::uint32_t, 4> members{};
         members.fill(kNoFragment);

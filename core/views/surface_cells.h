@@ -17,8 +17,8 @@ namespace peeler {
 enum Side : std::uint8_t { kLeft, kUp, kRight, kDown };
 inline constexpr std::size_t kSides = 4;
 
-/// Per fragment and side: the fragment that continues the surface in the neighbouring pixel, or
-/// kNoFragment. Links are mutual.
+/// For each fragment and side: the fragment that continues the surface in the neighbouring pixel,
+/// or kNoFragment. Links are mutual.
 using SurfaceLinks = std::vector<std::array<std::uint32_t, kSides>>;
 
 /// Links the fragments of neighbouring pixels. Layers are ordered by depth, not by surface, so a
@@ -37,13 +37,15 @@ inline constexpr std::size_t kCorners = 4;
 inline constexpr std::array<std::array<double, 2>, kCorners> kCornerOffsets = {
     {{-0.5, -0.5}, {0.5, -0.5}, {0.5, 0.5}, {-0.5, 0.5}}};
 
-/// Cells: each fragment's pixel, projected onto its surface, with four corners. Neighbours on a
-/// surface share bit-identical corners, so cells neither leave gaps nor overlap. Where a surface
-/// ends, its last cell ends half a pixel beyond the sample, like the pixel.
+/// Surface cells. A cell is a fragment's pixel, projected onto the fragment's surface; it has four
+/// corners. Neighbouring cells of a surface share bit-identical corners, so they neither leave gaps
+/// nor overlap. Where a surface ends, its last cell ends half a pixel beyond the sample, like the
+/// pixel.
 struct SurfaceCells {
     SurfaceLinks links;
-    /// Planar depth (PixelRays) of each corner. Each fragment at a corner is extrapolated to it by
-    /// its own slope, and the results are averaged. 0 for fragments that the camera cannot see.
+    /// Planar depth (PixelRays) of the four corners of each cell. Each fragment around a corner is
+    /// extrapolated to the corner by its own slope, and the results are averaged. The depth is 0
+    /// for fragments that the camera cannot see.
     std::vector<std::array<float, kCorners>> corners;
 };
 
