@@ -185,8 +185,8 @@ std::string Bake::materialName(int material) const {
     return name.empty() ? number : number + " (" + printable(name) + ")";
 }
 
-/// Names the output files. Runs after the scene is open, because there is one texture per material
-/// and outputs must not replace the scene's files.
+/// Names the output files. The scene must be open: each of its materials gets a texture, and no
+/// output may replace one of its files.
 void Bake::nameOutputs() {
     std::vector<int> materials;
     if (texels_)
@@ -231,8 +231,8 @@ void Bake::forecast() {
         {outputs_.front(), {part * texels_->atlases().size(), Certainty::kAtMost}, contents}};
 }
 
-/// Forecasts the size of the scene with the baked data. Approximate: the JSON is rewritten, and
-/// base64 data and separate files move into the buffer.
+/// Forecasts the size of the scene with the baked data. The forecast is approximate, because the
+/// JSON is rewritten, and base64 data and separate files move into the buffer.
 SizeForecast Bake::sceneForecast() const {
     std::vector<fs::path> files = scene().files;
     files.push_back(options_.scene.file);
@@ -253,8 +253,8 @@ SizeForecast Bake::sceneForecast() const {
     return {bytes, Certainty::kAbout};
 }
 
-/// Opens the hit source. Also checks that the memory will suffice for writing, before the long
-/// bake.
+/// Opens the hit source. Before the long bake starts, also checks that the memory suffices to write
+/// the outputs.
 void Bake::openHits() {
     settings_ = options_.bake.settings;
     settings_.bounces = options_.bake.bounces.value_or(settings_.bounces);
@@ -270,8 +270,8 @@ void Bake::openHits() {
     checkMemory(budget, usedBytes(budget) + written, "to write the results");
 }
 
-/// Raises the memory forecast to `bytes` and to the process's peak so far, which the run may reach
-/// again.
+/// Raises the memory forecast to at least `bytes` and the process's peak so far. The run may reach
+/// that peak again.
 void Bake::takeMemory(std::uint64_t bytes) {
     memory_forecast_ = std::max({memory_forecast_, repeatedPeak(peakMemory()), bytes});
 }
@@ -313,7 +313,7 @@ void Bake::gather() {
             *source_, receivers(), settings_, capture_, lookup,
             [&](double share) { progress.update(share); }, tell);
     }
-    // Captures are timed as stages of their own, so "bake" excludes them.
+    // The time of the stage "bake" excludes captures, which have stages of their own.
     const StageTimes captures = source_->takeTimes();
     for (const auto& [stage, milliseconds] : captures)
         job_.times()["bake"] -= milliseconds;
@@ -408,7 +408,7 @@ void Bake::writeTextures() {
 void Bake::report() {
     RunResult result;
     job_.finish(result);
-    // Only the result contains the hash, not the baked files, because their bytes must not change.
+    // Only the result contains the hash. The hash must not change the bytes of the baked files.
     result.settings_hash = job_.settingsHash(capture_, bakeSettings(options_.bake));
     result.setFiles(options_.bake.output, outputs_);
     result.forecast_bytes = forecast_.size().bytes;

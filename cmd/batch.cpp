@@ -256,7 +256,8 @@ void Batch::runJobs() {
     std::vector<Json> lines;
     for (const auto& result : results_)
         if (result) lines.push_back(*result);
-    // Prints the rest: printInOrder() has stopped at the first job that --fail-fast skipped.
+    // Prints the remaining results, because printInOrder() has stopped at the first job that
+    // --fail-fast skipped.
     for (std::size_t i = printed_; i < results_.size(); ++i)
         if (results_[i]) reporter_.text(lineText(*results_[i]));
     if (report_) report_->finish(lines);
@@ -300,7 +301,7 @@ void Batch::takeEnded() {
     }
 }
 
-/// Forwards a signal to the jobs, which remove their temporary files and end. Kills those that take
+/// Forwards a signal to the jobs, which remove their temporary files and end. Kills jobs that take
 /// too long.
 void Batch::endBySignal(int number) {
     using namespace std::chrono_literals;

@@ -71,11 +71,11 @@ class ComparedImage {
     /// Whether the file format (OpenEXR) stores the position of the pixels in the display window.
     bool placed() const { return reader_ != nullptr; }
 
-    /// Sets the window of pixels to compare. Its pixels outside pixels() have no fragments.
+    /// Sets the window of pixels to compare. Pixels of the window outside pixels() have no
+    /// fragments.
     void choose(const Window& window) { window_ = window; }
     const Window& window() const { return window_; }
-    /// Returns the maximum number of rows that read() should read at once to stay within about
-    /// `bytes`.
+    /// Returns the maximum number of rows that read() may read at once within about `bytes`.
     int rowsFor(std::uint64_t bytes) const;
     /// Reads `rows` rows starting at `first`, counted from the top of window(). OpenEXR images
     /// only.
@@ -191,8 +191,8 @@ void chooseWindows(ComparedImage& a, ComparedImage& b) {
     const auto is_like = [](const Window& one, const Window& other) {
         return one.width() == other.width() && one.height() == other.height();
     };
-    // Without placement, the pixels may cover the display window or the stored window of the other
-    // image.
+    // An image without placement may cover the display window or the stored window of the other
+    // image, so its size is compared with both.
     for (const Window& of_a : {a.picture(), a.stored()}) {
         for (const Window& of_b : {b.picture(), b.stored()}) {
             if (!is_like(of_a, of_b)) continue;

@@ -45,10 +45,10 @@ struct Product {
     std::string kind;
     fs::path path;
     std::unique_ptr<Sink> sink;
-    /// Returns the forecast file size, for bands with the same arrays as this one.
+    /// Returns the forecast file size. The picture's bands have the same arrays as the given band.
     std::function<SizeForecast(const Plan&, const LayeredImage&)> forecast;
-    /// Returns the bytes per fragment that the sink needs besides the band, for bands with the same
-    /// arrays as this one.
+    /// Returns the bytes per fragment that the sink needs besides the band. All bands have the same
+    /// arrays as the given band.
     std::function<std::uint64_t(const LayeredImage&)> fragment_bytes;
 };
 

@@ -37,8 +37,8 @@ struct FlattenOptions : LayeredRunOptions {
     bool blendsTail() const { return tail == Tail::kBlend; }
 };
 
-/// Limits the plan to the kept layers. Counts their fragments unless the input's header has the
-/// number, which the output's header must contain.
+/// Limits the plan to the kept layers. The output's header must contain the number of their
+/// fragments, so counts the fragments unless the input's header has the number.
 void limitLayers(const FlattenOptions& options, LayeredInput& input, LayeredRun& run) {
     Plan& plan = run.plan;
     const bool limited = options.max_layers != 0 && options.max_layers < plan.layers.size();

@@ -61,9 +61,9 @@ void installSignalActions() {
               "peeler: hint: use a smaller --size, or fewer --threads; or raise the limit\n");
 }
 
-/// Handles a failed allocation. Throws if enough memory is left to unwind and report the error,
-/// otherwise ends the process: destructors (nlohmann::json's), the standard library and drivers
-/// allocate in noexcept code, and streams would silently drop data.
+/// Handles a failed allocation. Throws if enough memory is left to unwind and report the error;
+/// otherwise ends the process. Unwinding without memory is unsafe: destructors (nlohmann::json's),
+/// the standard library and drivers allocate in noexcept code, and streams silently drop data.
 void takeFailedAllocation() {
     constexpr std::size_t kRoom = std::size_t{64} << 10U;
     // `volatile` keeps the compiler from removing the allocation.

@@ -263,7 +263,8 @@ void Masks::ofView(std::size_t view) {
     const View canvas = canvasOf(seen_[view], options_.canvas, masks.picture);
     masks.see_through = static_cast<float>(options_.see_through);
     masks.layers = options_.formats.ids;
-    // Each thread writes one picture at a time: its pixels and the encoder's memory.
+    // Each thread writes one picture at a time. It needs memory for the picture's pixels and for
+    // the encoder.
     constexpr std::uint64_t kEncoderBytes = std::uint64_t{24} << 20;
     const std::uint64_t pixels = seen_[view].crop.pixels();
     masks.more_bytes =

@@ -91,7 +91,7 @@ void Merge::open() {
     });
 }
 
-/// Chooses the kind of the output: that of the tiles, unless --as gives another. Composites are
+/// Chooses the output's kind: the kind given by --as, else the kind of the tiles. Composites are
 /// joined unchanged.
 void Merge::chooseKind() {
     OutputRequest& output = run_.output;

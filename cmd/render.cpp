@@ -242,16 +242,16 @@ void Render::capture(Picture& picture) {
     picture.writer->finish();
 }
 
-/// Forecasts the memory of the run up to this picture: the maximum over all pictures, because they
-/// reuse memory.
+/// Forecasts the memory of the run up to this picture. This is the maximum over the pictures,
+/// because each picture reuses the memory of the previous ones.
 void Render::forecastMemory(const Picture& picture) {
     memory_forecast_ = std::max({memory_forecast_, repeatedPeak(peakMemory()),
                                  job_.renderer()->forecastMemory(picture.plan, *picture.writer)});
     reporter_.detail("uses at most " + bytesText(memory_forecast_) + " of memory");
 }
 
-/// Adds the forecasts for the first picture to a dry run's result. They are null if there is no
-/// picture to render, or no device to count its fragments.
+/// Adds the forecasts for the first picture to a dry run's result. The forecasts are null if there
+/// is no picture to render, or no device to count its fragments.
 void Render::forecast(Json& result) {
     const std::optional<std::size_t> first = RenderRequest::firstOf(result);
     for (const char* const unknown : {"forecastBytes", "forecastMemory"})
@@ -349,8 +349,8 @@ Progress Render::progressOf(const Picture& picture) {
     };
 }
 
-/// Finishes the previous picture if it is pending. If writing it failed, throws the error or, if
-/// `keep_going`, adds it to the results.
+/// Finishes the previous picture if it is pending. If the picture could not be written, throws the
+/// error or, if `keep_going`, adds the error to the results.
 void Render::endPending(bool keep_going) {
     if (!pending_) return;
     Picture picture = std::move(*pending_);

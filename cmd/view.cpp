@@ -192,7 +192,7 @@ View viewFrom(const View& own, const LayeredImage& image, const ViewCameraOption
     if (moved) {
         view.camera_name.clear();
         // The file's content is already clipped at the planes of the file's camera. If the planes
-        // moved with the camera, they would clip it again.
+        // moved with the camera, they would clip the content again.
         const double distance = glm::length(target - glm::dvec3(view.camera_to_world[3]));
         projection.near = projection.perspective ? 1e-4 * distance : 0;
         projection.far = projection.perspective ? std::numeric_limits<double>::infinity()

@@ -110,7 +110,7 @@ std::string outputHashFrom(const ExrInfo& input, const View& view, const std::st
     if (!input.attributes().contains("peeler:outputHash")) return "";
     if (output.composited) return "";  // the layers of a composite are unknown
     // With several samples per pixel, a render composites the original samples, but a composite of
-    // stored fragments uses merged and rounded values. The results differ, so the file gets no
+    // stored fragments uses merged and rounded values. The two results differ, so the file gets no
     // hash.
     if (input.plan.samples > 1 && !findOutputFormat(path, output.as).holdsFragments()) return "";
     return outputHash(view, path, output);

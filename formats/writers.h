@@ -25,7 +25,7 @@ enum class OutputContent : std::uint8_t {
     kSamples,    ///< the fragments as deep samples, which may be merged
     kLists,      ///< the fragments as per-pixel lists, as in memory
     kComposite,  ///< the layers composited over a background
-    /// A midpoint shadow map; needs all OPAQUE and MASK surfaces, with both faces of each.
+    /// A midpoint shadow map. Needs all OPAQUE and MASK surfaces, with both faces of each.
     kShadowMap,
     kPage,    ///< a web page that shows the layers over a background
     kArrays,  ///< arrays of the values of every fragment, as per-pixel lists
@@ -51,7 +51,7 @@ struct OutputFormat {
     /// Forecasts the size of the format's files; null if forecastPicture()'s general rules apply.
     SizeForecast (*forecast)(const std::string& path, const Plan& plan,
                              const OutputOptions& options) = nullptr;
-    /// Returns the files that are published together with the file at `path`, before it.
+    /// Returns the files that are published together with the file at `path`, and before that file.
     std::vector<std::string> (*beside)(const std::string& path) = nullptr;
 
     bool holds(OutputContent what) const { return content == what; }

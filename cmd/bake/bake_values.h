@@ -22,8 +22,8 @@ ValueRange rangeOf(std::span<const float> values);
 
 /// A mapping from values to display values, 0 to 1. Ambient occlusion and sky visibility are
 /// unchanged. A bent normal n becomes (n + 1) / 2. Thickness is divided by the maximum. Irradiance
-/// is divided by π, which gives the radiance that a white diffuse surface reflects; it is clipped
-/// at 1 when stored.
+/// is divided by π, which gives the radiance that a white diffuse surface reflects. This radiance
+/// is clipped at 1 when stored.
 class ShownValues {
   public:
     ShownValues(BakeQuantity quantity, const ValueRange& range);

@@ -21,8 +21,8 @@ struct Textures {
     std::uint64_t texels, components, kept;
 
     std::uint64_t numbers() const { return texels * components * sizeof(float); }
-    /// Returns the bytes needed while filling a texture (TexelReceivers::pixels()): per texel a
-    /// flag, and the distance and index of the nearest filled texel in its column.
+    /// Returns the bytes needed while filling a texture (TexelReceivers::pixels()). Each texel
+    /// needs a flag, and the distance and index of the nearest filled texel in its column.
     std::uint64_t filling() const {
         return kept * numbers() + texels * (1 + 2 * sizeof(std::int32_t));
     }

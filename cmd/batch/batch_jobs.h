@@ -25,13 +25,14 @@ struct Job {
     std::string id;        ///< id of the job; "" = none
     std::string verb;
     std::vector<std::string> arguments;  ///< arguments of the verb
-    /// The hash of the line without its id, in hexadecimal digits. Does not depend on the order of
-    /// keys.
+    /// The hash of the line without its id, in hexadecimal digits. The hash does not depend on the
+    /// order of keys.
     std::string hash;
     /// All output files; for sequences, one per frame. A name whose numbers are not frames keeps
     /// its pattern.
     std::vector<std::filesystem::path> outputs;
-    // Whether the batch adds the option: the verb has it and the job does not set it.
+    // Whether the batch adds the option, because the verb has the option and the job does not set
+    // it.
     bool wants_json = false, wants_quiet = false, wants_threads = false, wants_memory = false;
 };
 

@@ -155,7 +155,7 @@ void BatchReport::readLines() {
 
 void BatchReport::add(const Json& line) {
     const std::string text = lineText(line);
-    // A single write, so that a kill leaves at most a partial line.
+    // The line is written in a single call, so that a kill leaves at most a partial line.
     for (std::size_t done = 0; done < text.size();) {
         const ssize_t count = write(file_, text.data() + done, text.size() - done);
         if (count < 0 && errno == EINTR) continue;

@@ -155,7 +155,8 @@ std::vector<std::size_t> firstTriangles(const std::vector<PartReport>& parts) {
     return first;
 }
 
-/// Returns the topology of the mesh that joins all parts. Only the fields that unionVolume() needs.
+/// Returns the topology of the mesh that joins all parts. Sets only the fields that unionVolume()
+/// needs.
 PartTopology sideBySide(const std::vector<PartReport>& parts) {
     PartTopology all;
     for (const PartReport& part : parts) {

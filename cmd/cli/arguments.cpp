@@ -112,7 +112,8 @@ Error unplaced(const CLI::App& app, std::string hint) {
     return Error(ErrorKind::kUsage, what, argument, hint);
 }
 
-/// Returns the first argument that gives a flag another value than true or false; else "".
+/// Returns the first argument that gives a flag a value other than true or false, or "" if there is
+/// none.
 std::string flagWithValue(const CLI::App& app, const Texts& arguments) {
     const auto chosen = app.get_subcommands();
     const CLI::App& verb = chosen.empty() ? app : *chosen.front();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Option declaration and argument parsing, on top of CLI11. Only arguments.cpp includes CLI11,
-// because it is slow to compile.
+// Option declaration and argument parsing, on top of CLI11. CLI11 is slow to compile, so only
+// arguments.cpp includes it.
 #pragma once
 
 #include <filesystem>

@@ -101,7 +101,7 @@ std::string Console::line(std::string_view word, std::string_view text,
 }
 
 void Console::say(const std::string& text) {
-    // A single call, so that lines of several processes do not mix in one log.
+    // The text is written in a single call, so that lines of several processes do not mix in a log.
     err_.clear();  // an earlier write error must not suppress later messages
     err_ << text << std::flush;
 }

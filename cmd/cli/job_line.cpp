@@ -76,7 +76,7 @@ void takeOption(const std::string& name, const nlohmann::json& value, JobLine& j
         if (value.get<bool>()) job.arguments.push_back(option);
     } else if (value.is_string() || value.is_number()) {
         const std::string text = value.is_string() ? value.get<std::string>() : dumpJson(value);
-        // One argument "--name=value", because a value may begin with a dash.
+        // Appends a single argument "--name=value", because a value may begin with a dash.
         job.arguments.push_back(
             std::string(option).append("=").append(argumentText(text, "options/" + name)));
     } else {

@@ -28,7 +28,7 @@ class ParsedVerb {
     void parse(std::vector<std::string> arguments);
 
     const std::string& name() const { return name_; }
-    /// Returns the verb's options. After parse(), they know whether they were given.
+    /// Returns the verb's options. After parse(), each option knows whether it was given.
     const VerbOptions& options() const { return options_; }
 
     /// Runs the verb. May be called only once. Returns the verb's exit code and passes on its

@@ -63,7 +63,7 @@ struct RunResult {
     double metres_per_unit = 1;
     std::string engine{};         ///< the engine that found the hits; "" = no rays were traced
     std::string settings_hash{};  ///< the attribute peeler:settingsHash; "" = unknown
-    /// GL_RENDERER; copied from the input if the verb does not render; "" = no GL was used.
+    /// GL_RENDERER. A verb that does not render copies it from the input. "" = no GL was used.
     std::string renderer{};
     std::string backend{};          ///< GL backend; "" = no GL rendering
     std::uint64_t peak_memory = 0;  ///< bytes

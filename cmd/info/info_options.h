@@ -14,7 +14,8 @@ struct InfoOptions {
     bool json = false;
     SceneOptions scene;  ///< options for a scene
     AppearanceOptions appearance;
-    LayeredReadOptions image;  ///< options for an image, except `strict`, which is that of `scene`
+    /// Options for an image. `strict` is ignored; `scene.reading.strict` applies to images, too.
+    LayeredReadOptions image;
 };
 
 }  // namespace peeler::cmd

@@ -306,8 +306,8 @@ std::string elementsText(const Elements& elements) {
     return text.empty() ? "nothing" : text;
 }
 
-/// Returns the default scene's node tree, indented. Not recursive, because nodes may be nested to
-/// any depth.
+/// Returns the default scene's node tree, indented. The function is not recursive, because nodes
+/// may be nested to any depth.
 std::string treeText(const Scene& scene) {
     std::string text;
     std::vector<std::pair<int, std::size_t>> open;  // stack of nodes with their depths

@@ -13,7 +13,7 @@ namespace {
 /// The interval between calls of a progress function.
 constexpr std::chrono::milliseconds kBetween{30};
 
-/// Thrown inside a cancelled job. The caller gets the exception from its own progress function
+/// Thrown inside a cancelled job. The caller gets the exception from the caller's progress function
 /// instead.
 struct GivenUp {};
 

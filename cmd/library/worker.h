@@ -14,11 +14,12 @@
 
 namespace peeler {
 
-/// A worker that runs jobs one after another. Any thread may submit a job; it then waits until the
+/// A worker that runs jobs one after another. Any thread may submit a job and then waits until the
 /// job is done.
 class Worker {
   public:
-    /// A job. It reports progress through its argument, which throws if the job has been cancelled.
+    /// A job. It reports progress by calling its argument, which throws if the job has been
+    /// cancelled.
     using Work = std::function<void(const Progress&)>;
 
     /// `own_thread`: whether jobs run on a thread of the worker; else they run on the calling

@@ -114,7 +114,7 @@ ChildProcess::~ChildProcess() {
     out_.close();
     err_.close();
     if (process_ <= 0) return;
-    // SIGTERM first, so that the process can remove its temporary files.
+    // Sends SIGTERM first, so that the process can remove its temporary files.
     kill(process_, SIGTERM);
     for (int i = 0; i < 50; ++i) {
         if (waitpid(process_, nullptr, WNOHANG) == process_) return;
@@ -171,8 +171,8 @@ void ChildProcess::signal(int number) const {
 }
 
 SignalFile::SignalFile() {
-    // A process inherits ignored signals from its parent. If SIGCHLD were ignored, it would never
-    // arrive.
+    // A process inherits ignored signals from its parent. If SIGCHLD were ignored, the signal would
+    // never arrive.
     std::signal(SIGCHLD, SIG_DFL);
     const sigset_t set = watchedSignals();
     file_ = signalfd(-1, &set, SFD_NONBLOCK | SFD_CLOEXEC);

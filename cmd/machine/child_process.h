@@ -11,8 +11,8 @@
 namespace peeler::cmd {
 
 /// A child process that runs this program with other arguments and an empty stdin. This process
-/// reads its stdout and stderr. The child gets a SIGTERM when this process ends for any reason. The
-/// destructor ends the child if it is still running.
+/// reads the child's stdout and stderr. The child gets a SIGTERM when this process ends for any
+/// reason. The destructor ends the child if it is still running.
 class ChildProcess {
   public:
     /// Throws Error (kInternal) if the system cannot create another process or pipe.
@@ -36,7 +36,7 @@ class ChildProcess {
 
     /// Returns the exit code once the process has ended; 128 + n if signal n ended it.
     int exitCode() const { return exit_code_; }
-    /// Returns the signal that ended the process; 0 if it exited by itself.
+    /// Returns the signal that ended the process, or 0 if it exited by itself.
     int endingSignal() const { return ending_signal_; }
     const std::string& out() const { return out_.text; }
     /// Returns the last 64 KiB of the process's stderr.

@@ -59,7 +59,7 @@ struct Limit {
 /// The sources of limits: system files and environment variables. Tests supply their own.
 struct LimitSources {
     Cgroups cgroups;
-    /// Returns the value of an environment variable; null if it is not set.
+    /// Returns the value of an environment variable, or null if it is not set.
     std::function<const char*(const char* name)> variable;
 };
 

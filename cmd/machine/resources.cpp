@@ -18,7 +18,7 @@
 namespace peeler::cmd {
 
 Limit allowedThreads() {
-    // least() returns the first of equal limits; report affinity in that case.
+    // Affinity is first in the list, because least() returns the first of equal limits.
     std::vector<Limit> limits{{static_cast<std::uint64_t>(affinityCount()), "CPU affinity"}};
     for (const Limit& limit : processorLimits(processLimitSources()))
         limits.push_back(limit);
@@ -42,8 +42,8 @@ MemoryBudget inheritedBudget() {
 namespace {
 
 /// Returns the number of threads per pool, at most `wanted`, for which the system can start all
-/// pools. For n threads, peeler's loops start n − 1, the image libraries and the rasteriser n each,
-/// and writing and the driver's cache one each.
+/// pools. With n threads per pool, peeler's loops start n − 1 threads, the image libraries and the
+/// rasteriser n each, and the file writer and the driver's cache one each.
 int startable(int wanted) {
     static int started = 0;  // the last number found to be startable; 0 = none yet
     if (wanted == started) return wanted;

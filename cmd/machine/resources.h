@@ -18,7 +18,7 @@ inline constexpr std::uint64_t kLeastMemory = std::uint64_t{64} << 20;
 /// Returns the smallest of CPU affinity and processorLimits(), at least 1.
 Limit allowedThreads();
 
-/// Returns the smallest of memoryLimits(), in bytes; nothing if there is no limit.
+/// Returns the smallest of memoryLimits(), in bytes, or nothing if there is no limit.
 std::optional<Limit> allowedMemory();
 
 /// Returns the default budget of a render under a memory limit: seven eighths of the limit. The
@@ -40,7 +40,7 @@ void setThreads(int threads);
 /// do not, so that their children inherit the variable.
 void takeVisibleGpus();
 
-/// Returns the process's peak resident bytes so far (VmHWM); 0 if unknown.
+/// Returns the process's peak resident bytes so far (VmHWM), or 0 if the peak is unknown.
 std::uint64_t peakMemory();
 
 }  // namespace peeler::cmd

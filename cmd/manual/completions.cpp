@@ -169,8 +169,8 @@ std::string zshOption(const OptionDescription& option) {
     }
     const std::string before = option.repeated ? "*" : "";
     if (names.size() == 1) return shellQuoted(before + names.front() + text);
-    // Excludes all names of the option once one is given. By default, zsh would still offer the
-    // others.
+    // Excludes all names of the option once one of them is given. By default, zsh would still offer
+    // the other names.
     const std::string once = option.repeated ? "*" : '(' + joined(option.names, " ") + ')';
     return shellQuoted(once) + '{' + joined(names, ",") + '}' + shellQuoted(text);
 }

@@ -28,7 +28,7 @@ void write(const fs::path& path, const std::string& text) {
 }
 
 /// Returns the date in SOURCE_DATE_EPOCH, which makes builds reproducible
-/// (reproducible-builds.org/specs/source-date-epoch); "" if it is not set.
+/// (reproducible-builds.org/specs/source-date-epoch), or "" if it is not set.
 std::string buildDate() {
     const char* const variable = std::getenv("SOURCE_DATE_EPOCH");
     if (!variable || !*variable) return "";

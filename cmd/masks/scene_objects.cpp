@@ -110,7 +110,7 @@ void findGlobs(const PosedScene& posed, const ObjectsRequest& request, SceneObje
     }
 }
 
-/// Returns the value of a key in a node's extras; null if the node lacks it.
+/// Returns the value of a key in a node's extras, or null if the node lacks it.
 const std::string* extraOf(const Node& node, const std::string& key) {
     for (const auto& [name, value] : node.extras)
         if (name == key) return &value;

@@ -143,8 +143,8 @@ void addOpacities(LayeredImage& image) {
     image.color = std::move(colors);
 }
 
-/// Whether to merge the tiles as composites: all have a composite and none has layers. If all are
-/// layered files without fragments, they are merged as composites only if `wanted`.
+/// Whether to merge the tiles as composites. This requires that every tile has a composite and none
+/// has layers. If all tiles are layered files without fragments, `wanted` decides.
 bool areComposites(const std::vector<OpenedPicture>& opened, bool wanted) {
     const auto flat = [](const OpenedPicture& tile) {
         return tile.info().composite >= 0 && tile.info().layers.empty() && tile.info().deep.empty();
@@ -326,8 +326,8 @@ int PictureTiles::rowsFor(std::uint64_t bytes) const {
     }
     int rows = window_.height();
     for (const PictureTile& tile : tiles_) {
-        // If a whole tile fits, rowsFor() returns its height, which must not limit taller tiles
-        // beside it.
+        // If a whole tile fits, rowsFor() returns the tile's height. This height must not limit
+        // taller tiles beside it.
         constexpr int kUsualRows = 128;
         const int fitting = tile.input->rowsFor(bytes / across);
         const bool all_of_it = fitting >= tile.window().height();

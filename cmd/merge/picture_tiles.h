@@ -49,8 +49,8 @@ class PictureTiles {
     const std::vector<PictureTile>& all() const { return tiles_; }
     /// Returns the headers of the first file.
     const ExrInfo& info() const { return tiles_.front().info(); }
-    /// Returns the provenance of the first file. For elements, it has the id names of all files,
-    /// and no scene or settings if these differ.
+    /// Returns the provenance of the first file. For elements, the provenance has the id names of
+    /// all files, and no scene or settings if these differ.
     const Provenance& provenance() const { return provenance_; }
     const Window& window() const { return window_; }  ///< returns the bounding window of all tiles
     /// Whether opacity is coloured in any of the files.
@@ -59,9 +59,9 @@ class PictureTiles {
     bool overlap() const;
     /// Returns a rectangle of the window that no tile covers, if any.
     std::optional<Window> gap() const;
-    /// If all tiles are strips (--tile I/N) with the same N, returns the first missing one, or ""
-    /// if all exist. The window cannot show that a strip is missing at the top or bottom. Throws
-    /// Error (kInput) if an attribute peeler:tile is not a strip.
+    /// If all tiles are strips (--tile I/N) with the same N, returns the first missing strip, or ""
+    /// if all strips exist. The window cannot show that a strip is missing at the top or bottom.
+    /// Throws Error (kInput) if an attribute peeler:tile is not a strip.
     std::string missingStrip() const;
 
     /// Returns the number of rows that can be read at once within `bytes`, however the tiles are

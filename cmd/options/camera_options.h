@@ -29,7 +29,7 @@ struct CameraOptions : CameraChoice {
 void addCameraOptions(VerbOptions& verb, CameraOptions& options,
                       SceneReadOptions* reading = nullptr);
 
-/// Returns the view of the overload for CameraChoice, cropped to the tile.
+/// Returns the same view as the overload for CameraChoice, cropped to the tile.
 View makeView(const PosedScene& posed, const SceneExtent& extent, const CameraOptions& options);
 
 }  // namespace peeler::cmd

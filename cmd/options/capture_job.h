@@ -68,8 +68,7 @@ class CaptureJob {
     /// regardless of the scene.
     void checkOptions() const;
 
-    /// Reads the scene, and throws, like OpenedScene(). The returned scene lives as long as the
-    /// job.
+    /// Reads the scene. Throws like OpenedScene(). The returned scene lives as long as the job.
     const OpenedScene& openScene();
     /// Throws like checkSceneFiles() if one of `outputs`, or the report, would replace a file of
     /// the scene.
@@ -79,11 +78,11 @@ class CaptureJob {
 
     /// Opens a context and uploads the scene, unless the session already has them. Throws like
     /// gl::createContext(). Prints a note, once per session, if rendering is in software and the
-    /// user did not choose that.
+    /// user did not choose software rendering.
     GlRenderer& openRenderer(const PosedScene& posed);
     /// Releases the renderer, and closes everything that the session does not keep.
     void releaseRenderer();
-    /// Closes the context and everything in it. Also for a lost context.
+    /// Closes the context and everything in it. May be called when the context is lost.
     void closeContext();
     /// Returns the open GlRenderer, or null. A context may exist without a renderer, if the scene
     /// did not fit.
@@ -113,7 +112,7 @@ class CaptureJob {
     Clock::time_point start() const { return start_; }
     /// Restarts the clock that measures the total time.
     void restartClock() { start_ = Clock::now(); }
-    /// Returns the stage times in milliseconds, to which a verb adds its own.
+    /// Returns the stage times in milliseconds. A verb adds the times of its own stages to them.
     StageTimes& times() { return times_; }
     /// Returns, and then resets, times() and the times of the open sources.
     StageTimes takeTimes();

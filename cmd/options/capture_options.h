@@ -29,8 +29,8 @@ void addRayFacesOption(VerbOptions& verb, std::optional<Faces>& faces);
 /// Declares --shadows and --shadow-size (texels per side).
 void addLightOptions(VerbOptions& verb, CaptureSettings& capture, std::optional<int>& shadow_size);
 
-/// Sets the size of shadow maps if `shadow_size` has a value. Throws Error (kUsage) if it has one
-/// but there are no shadows.
+/// Sets the size of shadow maps if `shadow_size` has a value. Throws Error (kUsage) if
+/// `shadow_size` has a value although there are no shadows.
 void setShadowSize(CaptureSettings& capture, const std::optional<int>& shadow_size);
 
 /// Declares --memory (bytes). The default is inheritedBudget() (cmd/machine/resources.h). `remark`

@@ -38,9 +38,10 @@ struct Forecast {
 using DiskSpaceOf = std::function<std::optional<DiskSpace>(const std::filesystem::path&)>;
 
 /// Compares the forecast with the free space of each disk. Warns if the files need more than a
-/// tenth of it. Otherwise prints a note if they need 1 GB or more than a hundredth of it, or if
-/// `always`. Throws Error (kOutput) if the files with exact sizes do not fit; this check ignores
-/// `times`, because later pictures may be smaller. Skips disks whose free space is unknown.
+/// tenth of the free space. Otherwise prints a note if `always`, if the files need at least 1 GB,
+/// or if they need more than a hundredth of the free space. Throws Error (kOutput) if the files
+/// with exact sizes do not fit; this check ignores `times`, because later pictures may be smaller.
+/// Skips disks whose free space is unknown.
 void reportForecast(const Forecast& forecast, Reporter& reporter, bool always = false,
                     const DiskSpaceOf& disk = diskSpaceOf);
 

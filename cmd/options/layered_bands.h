@@ -12,8 +12,8 @@
 
 namespace peeler::cmd {
 
-/// The maximum size of a band, in bytes. Enough for wide chunks with many layers, but small
-/// compared to a render's memory.
+/// The maximum size of a band, in bytes. Such a band has room for wide chunks with many layers, but
+/// is small compared to a render's memory.
 inline constexpr std::uint64_t kBandBytes = std::uint64_t{256} << 20;
 
 /// Reads the picture from top to bottom in bands of about `band_bytes` and passes each to `take`,

@@ -21,9 +21,9 @@ void addLayeredOptions(VerbOptions& verb, LayeredReadOptions& options);
 /// Throws Error (kUsage) if a part or view is chosen although the input is a scene.
 void refusePictureChoice(const LayeredReadOptions& options);
 
-/// Returns the options for reading a picture that will be written to these files. Sets pixels_only
-/// unless all files are OpenEXR or .safetensors: other formats have no header and no data window.
-/// Ignores empty paths.
+/// Returns the options for reading a picture that will be written to these files. Ignores empty
+/// paths. Sets pixels_only unless all files are OpenEXR or .safetensors, because other formats have
+/// no header and no data window.
 LayeredReadOptions readingFor(const LayeredReadOptions& options,
                               std::span<const std::filesystem::path> outputs);
 

@@ -45,7 +45,8 @@ std::vector<std::filesystem::path> checkSeries(const OutputRequest& output,
                                                const std::vector<std::filesystem::path>& inputs);
 
 /// Throws like checkOutput() if an additional output file cannot be written or would replace one of
-/// `others`. In messages, `what` describes the file and `option` is its option.
+/// `others`. In messages, `what` describes the file, and `option` is the option that names the
+/// file.
 void checkExtraFile(const std::filesystem::path& file,
                     const std::vector<std::filesystem::path>& others, const std::string& what,
                     const std::string& option);

@@ -46,7 +46,7 @@ constexpr Choice<DeepMerge> kDeepMerges[] = {
     {"by-z", DeepMerge::kByZ, "merge samples within --deep-z-tolerance"},
 };
 
-/// Like addValue(), for an option that applies only to some formats. Records that the option is
+/// Adds an option that applies only to some formats, like addValue(). Records whether the option is
 /// given.
 template <class T, class Parse>
 Option addGiven(VerbOptions& verb, OutputRequest& output, const char* name, const char* value_name,
@@ -60,7 +60,7 @@ Option addGiven(VerbOptions& verb, OutputRequest& output, const char* name, cons
         help);
 }
 
-/// Like addGiven(), for an option whose value is the `name` of a row in `rows`. The help lists all
+/// Adds an option whose value is the `name` of a row in `rows`, like addGiven(). The help lists all
 /// rows.
 template <class Row>
 Option addNamed(VerbOptions& verb, OutputRequest& output, const char* option, std::string& target,

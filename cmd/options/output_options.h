@@ -62,17 +62,18 @@ void noteDisplay(const PictureResult& result, Reporter& reporter);
 /// Declares --fxaa. `remark` is the end of its help text.
 void addFxaaOption(VerbOptions& verb, bool& fxaa, const std::string& remark);
 
-/// The part of checkOutput() about the options: throws unless they apply to the format and their
-/// prerequisites are met.
+/// The part of checkOutput() about the options: throws unless the options apply to the format and
+/// their prerequisites are met.
 void checkFormat(const OutputRequest& output);
 
-/// Whether an output made from `input` gets Cryptomatte layers: the input has them and a composite
-/// is written. They are rebuilt from the ids.
+/// Whether an output made from `input` gets Cryptomatte layers, which are rebuilt from the ids. The
+/// input must have Cryptomatte layers, and the output must have a composite.
 bool keepsCryptomatte(const ExrInfo& input, const OutputRequest& output);
 
-/// Sets the total size of the finished files. If samples were merged, also sets the layers and
-/// fragments, which are not those of the plan. `result` must have the plan's layers. Warns if layer
-/// files from an earlier run remain under this name. Throws Error (kOutput) if a file is missing.
+/// Sets the total size of the finished files. If samples were merged, also sets the numbers of
+/// layers and fragments, which then differ from the plan. `result` must have the plan's layers.
+/// Warns if layer files from an earlier run remain under this name. Throws Error (kOutput) if a
+/// file is missing.
 void describeFiles(const OutputRequest& output, PictureResult& result, Reporter& reporter);
 
 /// Declares --threads; 0 = allowedThreads() (cmd/machine/resources.h).

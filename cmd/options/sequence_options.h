@@ -39,8 +39,8 @@ struct PictureNumber {
     std::string text() const;
 };
 
-/// The results of a run's pictures. Each is reported when the picture is finished, and all of them
-/// at the end.
+/// The results of a run's pictures. Each result is reported when its picture is finished, and all
+/// results at the end.
 class SequenceResults {
   public:
     /// `pictures` is the noun for the pictures, "frame" or "view"; "" for a single picture. The

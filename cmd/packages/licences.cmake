@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # collect_licences(FOLDER FILES...): writes three things to FOLDER: libraries.txt, the names and
 # versions of the Debian packages that contain FILES; licences/PACKAGE for each package; and the
-# common licences that these refer to.
+# common licences to which licences/PACKAGE refers.
 function(package_of variable file)
     file(REAL_PATH ${file} real)
     string(REGEX REPLACE "^/usr" "" short ${real})

@@ -56,7 +56,7 @@ set(CPACK_COMPONENTS_ALL program manual library development)
 if(TARGET peeler_python)
     list(APPEND CPACK_COMPONENTS_ALL python)
 endif()
-# One package for program and manual, and one for each other component.
+# There is one package for the program and its manual, and one for each other component.
 set(CPACK_COMPONENTS_GROUPING ONE_PER_GROUP)
 set(CPACK_COMPONENT_PROGRAM_GROUP command)
 set(CPACK_COMPONENT_MANUAL_GROUP command)
@@ -72,7 +72,8 @@ set(CPACK_DEBIAN_PACKAGE_SECTION graphics)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(same_version "(= ${PROJECT_VERSION}-${CPACK_DEBIAN_PACKAGE_RELEASE})")
-# CPack's default text. CPack would put any other text before the description of each package.
+# This is CPack's default text. CPack would put any other text before the description of each
+# package.
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "${PROJECT_NAME} built using CMake")
 set(synopsis "every layer of a glTF scene, headless")
 set(story "peeler renders all surfaces of a glTF scene under every pixel, hidden ones
@@ -81,7 +82,7 @@ points, on a GPU or in software, without a display.")
 
 set(CPACK_DEBIAN_COMMAND_PACKAGE_NAME peeler)
 set(CPACK_COMPONENT_COMMAND_DESCRIPTION "${synopsis}\n${story}")
-# GL is only recommended, because rays and bake work without it.
+# GL is only recommended, because peeler rays and peeler bake work without GL.
 set(CPACK_DEBIAN_COMMAND_PACKAGE_DEPENDS "libpeeler0 ${same_version}")
 set(CPACK_DEBIAN_COMMAND_PACKAGE_RECOMMENDS "libegl1, libgl1-mesa-dri")
 set(CPACK_DEBIAN_COMMAND_PACKAGE_SUGGESTS libosmesa6)
@@ -103,7 +104,7 @@ set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libpeeler-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "${synopsis} (headers and static library)
 ${story}\n.\nThis package holds what programs that use the library are compiled with.")
-# After the first two: the dependencies of peeler::static and of the pkg-config file.
+# The packages from libopenexr-dev on are dependencies of peeler::static and of the pkg-config file.
 string(CONCAT CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libpeeler0 ${same_version}, libglm-dev, "
     "libopenexr-dev, libdeflate-dev, libspng-dev, zlib1g-dev, libzstd-dev, libturbojpeg0-dev, "
     "libtinygltf-dev, libmeshoptimizer-dev")

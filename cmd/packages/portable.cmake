@@ -22,7 +22,8 @@ foreach(component program manual)
         --prefix ${root} OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
 endforeach()
 execute_process(COMMAND ${strip} -o ${root}/bin/peeler ${program} COMMAND_ERROR_IS_FATAL ANY)
-# peeler_decode is started without the path to the libraries, so it must contain Draco.
+# peeler_decode is started without the path to the libraries. So Draco must be linked into
+# peeler_decode.
 execute_process(COMMAND ${objdump} -p ${root}/${modules_folder}/peeler_decode
     OUTPUT_VARIABLE headers COMMAND_ERROR_IS_FATAL ANY)
 if(headers MATCHES "NEEDED +libdraco")

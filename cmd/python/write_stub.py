@@ -65,7 +65,8 @@ def parameters(indent, options):
 
 
 def main(package):
-    # Does not run the package's __init__.py, which needs NumPy: the build machine may lack it.
+    # Does not run the package's __init__.py, because that needs NumPy, which the build machine may
+    # lack.
     spec = importlib.util.spec_from_file_location(
         "peeler", package / "__init__.py", submodule_search_locations=[str(package)]
     )

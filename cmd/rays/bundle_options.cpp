@@ -21,8 +21,8 @@ namespace {
 constexpr int kMostBundles = 1'000'000;
 constexpr std::uint64_t kMostDirectionBytes = 256U << 20;
 
-/// Parses a direction of any length into a unit vector. Scales it first, to avoid underflow and
-/// overflow.
+/// Parses a direction of any length into a unit vector. Scales the direction first, to avoid
+/// underflow and overflow.
 glm::dvec3 unitDirection(std::string_view text) {
     const glm::dvec3 direction = parseDirection(text), size = glm::abs(direction);
     return glm::normalize(direction / std::max({size.x, size.y, size.z}));

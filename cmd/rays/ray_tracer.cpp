@@ -40,8 +40,8 @@ class BundleSink final : public Sink {
             output->take(bundle_, band);
     }
     void finish() override {}
-    /// Returns the memory of the outputs besides the band. They process the band a few rows at a
-    /// time.
+    /// Returns the memory of the outputs besides the band. The outputs process the band a few rows
+    /// at a time.
     SinkMemory memory(const Plan&) const override {
         SinkMemory all{.bytes = kBatchBytes * static_cast<std::uint64_t>(threadCount())};
         for (const auto& output : trace_.outputs) {
@@ -111,7 +111,7 @@ void RayTracer::make(RayTrace& trace) {
     report(trace);
 }
 
-/// Names the output files and checks them. Needs the bundles, because each of them may have a
+/// Names the output files and checks them. Needs the bundles, because each bundle may have its own
 /// picture.
 void RayTracer::nameFiles(RayTrace& trace) const {
     if (options_.writesPictures()) {
@@ -269,7 +269,7 @@ void RayTracer::traceBundles(RayTrace& trace) {
 void RayTracer::report(RayTrace& trace) {
     RunResult result;
     job_.finish(result);
-    // Only the result contains the hash, not the ray files, because their bytes must not change.
+    // Only the result contains the hash. The hash must not change the bytes of the ray files.
     result.settings_hash = settingsHash(trace, capture_);
     const std::uint64_t rays = raysOf(trace.bundles);
     result.forecast_memory = memory_forecast_;

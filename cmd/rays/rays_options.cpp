@@ -157,8 +157,8 @@ nlohmann::json bundleJson(const Bundle& bundle) {
             {"sample", {view.sample.x, view.sample.y}}};
 }
 
-/// Throws Error (kUsage) if an output needs solids but not both faces are captured: a ray enters a
-/// solid through a front face and leaves it through a back face.
+/// Throws Error (kUsage) if an output needs solids but not both faces are captured. Both faces are
+/// needed because a ray enters a solid through a front face and leaves it through a back face.
 void checkFaces(const RaysOptions& options) {
     if (options.asksForInside() && options.chosenFaces() != Faces::kBoth)
         refuse("finding the inside needs both faces of surfaces", "--faces",

@@ -25,7 +25,7 @@ namespace peeler::cmd {
 
 class VerbOptions;
 
-/// The reaction to a solid that a ray does not leave as often as it enters it.
+/// The reaction to a solid that a ray enters and leaves a different number of times.
 enum class ParityUse : std::uint8_t { kReport, kFail };
 
 /// All options of peeler rays. Only the variant in `appearance` is used.
@@ -48,9 +48,9 @@ struct RaysOptions : CaptureJobOptions {
 
     /// Whether an output needs the interior of solids.
     bool asksForInside() const;
-    /// Returns the requested faces, or the default. For a camera's rays, the default is that of
-    /// pictures, so that the hits match a picture from the same camera. If an output needs the
-    /// interior, and for other rays, the default is both.
+    /// Returns the requested faces, or the default. The default is both faces if an output needs
+    /// the interior, and for rays without a camera. For a camera's rays it is otherwise the default
+    /// of pictures, so that the hits match a picture from the same camera.
     Faces chosenFaces() const;
     bool writesFile() const { return !output.path.empty(); }
     bool writesPictures() const { return !maps.maps.empty(); }

@@ -13,7 +13,7 @@ namespace peeler::cmd {
 namespace {
 
 /// Returns the states of all files that determine the scene. If the reader warned, a file may be
-/// missing; the folder is included then, because its state changes when the file appears.
+/// missing. Then the folder is included, because the folder's state changes when the file appears.
 std::vector<FileState> statesOf(const SceneRequest& request, const Scene& scene) {
     std::vector<FileState> states{fileState(request.scene.file)};
     for (const std::filesystem::path& file : scene.files)

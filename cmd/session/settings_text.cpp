@@ -32,7 +32,7 @@ std::string settingsText(const ShownScene& shown, const CaptureSettings& capture
         {"shading", nameOf<Shading>(kShading, capture.shading)},
         {"precision", nameOf<PixelType>(kPrecisions, capture.color_type)},
     };
-    // Added only if set, so that pictures without these settings keep their hashes.
+    // These keys are added only if set, so that pictures without these settings keep their hashes.
     if (!shown.animations.empty()) settings["animations"] = shown.animations;
     if (!shown.include.empty()) settings["include"] = shown.include;
     if (!shown.exclude.empty()) settings["exclude"] = shown.exclude;

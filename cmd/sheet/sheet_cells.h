@@ -31,7 +31,7 @@ struct SheetCell {
     /// The error of an approximate composite, relative to the exact one.
     DifferenceStatistics error;
     bool has_error = false;
-    int passes = 0;  ///< geometry passes of the cell's method; 0 = the cell belongs to no method
+    int passes = 0;  ///< number of geometry passes of the method; 0 = no method
 };
 
 struct SheetSettings {

@@ -187,8 +187,8 @@ void SceneSheet::openRenderer() {
     renderer_->setPose(posed_);
 }
 
-/// Whether to show a cell of unsorted blending. It blends the colours of all fragments, so it can
-/// only be compared with the colour composite of all layers.
+/// Whether to show a cell of unsorted blending. Unsorted blending blends the colours of all
+/// fragments, so it can only be compared with the colour composite of all layers.
 bool SceneSheet::showsUnsorted() const {
     return request_.methods == SheetMethods::kUnsorted && capture_.max_layers == 0 &&
            !(capture_.occlusion_ratio > 0) && request_.cells.show == SheetShow::kColor &&
@@ -255,7 +255,7 @@ SheetCell SceneSheet::capture(const MethodInfo& method, bool exact) {
     CompositeKeeper keeper(exact_, cell);
     Sink& sink = exact ? static_cast<Sink&>(keeper) : cell;
     CaptureSettings settings = capture_;
-    // 32-bit colours: differences must come from the methods, not from rounding.
+    // Uses 32-bit colours, so that differences come from the methods, not from rounding.
     if (request_.methods == SheetMethods::kAll) settings.color_type = PixelType::kFloat;
     // `cells` counts the finished cells and this one; `all` is the total.
     const auto cells = static_cast<double>(content_.cells.size() + 1);

@@ -38,7 +38,8 @@ void checkFragments(LayeredInput& input, VerifiedFile& file) {
     if (info.composite >= 0) {
         const ExrInputPart& part = info.parts[static_cast<std::size_t>(info.composite)];
         if (const auto* red = part.channel("R")) composite_type = red->type;
-        // A composite may be smaller in files converted from other programs' files.
+        // Without a known camera, as in files converted from other programs' files, the composite
+        // may be smaller than the crop.
         if (part.data_window != crop && info.plan.view.known) {
             file.blame(Verdict::kBad, "the composite does not cover the pixels of the picture");
         }
@@ -89,8 +90,8 @@ std::string sentence(const Text& problem, const Text& where, const VerifiedFile&
                      (where == file.path ? Text() : ": " + printableText(where, kMostOfName)));
 }
 
-/// Checks the bytes of a file against its hashes, and its headers for contradictions. Only for
-/// OpenEXR files: files of arrays have neither hashes nor redundant counts.
+/// Checks the bytes of a file against its hashes, and its headers for contradictions. Skips files
+/// of arrays, which have neither hashes nor redundant counts.
 void checkBytes(VerifiedFile& file) {
     const ExrIntegrity proof = exrIntegrity(file.path);
     file.proof = proof.state;

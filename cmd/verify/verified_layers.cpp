@@ -115,8 +115,8 @@ void checkRows(const PartRows& rows, const Window& band, const std::vector<bool>
     }
 }
 
-/// Whether every layer is stored in scan-line parts of this file. Only these can be checked: deep
-/// layers have no pixels without a fragment, and other layouts store layers in other files.
+/// Whether every layer is stored in scan-line parts of this file. Other layers cannot be checked:
+/// deep layers have no pixels without a fragment, and other layouts store layers in other files.
 bool hasPartsOfLayers(const ExrInput& input, const ExrInfo& info) {
     for (std::size_t k = 0; k < info.layers.size(); ++k) {
         if (info.layers[k] >= input.parts().size()) return false;

@@ -245,7 +245,8 @@ void Dispatcher::take(Client& client, const std::string& line) {
                                return slot.job && same(*slot.job);
                            });
         if (known) {
-            // The line has no id, because this id belongs to the unfinished job.
+            // The line has no id. With the id, the client would take the line for the result of the
+            // unfinished job.
             sendTo(client, failedLine(nullptr, Error(ErrorKind::kUsage,
                                                      "a job with this id has not finished yet",
                                                      dumpJson(request.id), "choose another")));

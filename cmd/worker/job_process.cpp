@@ -36,7 +36,8 @@ constexpr char kProgress = 'p', kEnd = 'e';
 
 /// The minimum interval between progress lines.
 constexpr std::chrono::milliseconds kBetween{100};
-/// The time for a cancelled job to stop by itself, after which its process is ended.
+/// The time that a cancelled job has to stop by itself. After this time, the job's process is
+/// ended.
 constexpr suseconds_t kPatience = 60'000;  // microseconds
 
 volatile std::sig_atomic_t running = 0, cancelled = 0;

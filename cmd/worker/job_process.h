@@ -36,7 +36,7 @@ class JobProcess {
     /// Starts the job in `line` (a WorkerRequest). The previous job must have ended.
     void start(const std::string& line);
     /// Cancels the job within a tenth of a second. A job that reports progress often enough stops
-    /// by itself; otherwise its process ends.
+    /// by itself; otherwise the job's process is ended.
     void cancel() const;
     /// Ends the process like the destructor, but without waiting.
     void terminate() const;

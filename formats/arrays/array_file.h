@@ -36,8 +36,8 @@ class ArrayFile {
     /// "file.safetensors: points".
     std::string placeOf(const std::string& name) const;
 
-    /// Returns an array; nothing if missing. Throws Error (kInput) if its element type cannot be
-    /// decoded.
+    /// Returns an array, or nothing if it is missing. Throws Error (kInput) if its element type
+    /// cannot be decoded.
     std::optional<NumberArray> array(const std::string& name);
     /// Returns a setting of `count` numbers; a Boolean is 1 or 0. Returns nothing if missing.
     std::optional<std::vector<double>> numbers(const std::string& name, std::size_t count);

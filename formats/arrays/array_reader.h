@@ -23,7 +23,7 @@ struct ArrayNumber {
     double (*decode)(const std::uint8_t* bytes, bool swapped);
 };
 
-/// Returns the element type with this numpy name (without the byte order); null if it cannot be
+/// Returns the element type with this numpy name (without the byte order), or null if it cannot be
 /// decoded.
 const ArrayNumber* arrayNumber(std::string_view type);
 
@@ -71,7 +71,7 @@ class NpzArchive {
     NpzArchive(std::span<const std::uint8_t> file, std::string where);
 
     const std::vector<Member>& members() const { return members_; }
-    /// Returns the array with this name; null if the archive lacks it.
+    /// Returns the array with this name, or null if the archive lacks it.
     const Member* find(std::string_view array) const;
     /// Returns the place that messages give for a member: "file.npz, points.npy".
     std::string placeOf(const Member& member) const { return where_ + ", " + member.name; }

@@ -65,8 +65,8 @@ struct NamedArray {
 /// Returns the .npy header for this array; the data follows it.
 std::string npyHeader(const NamedArray& array);
 
-/// Texts to be stored in a file of arrays, by name; empty ones are left out. A .npz stores each as
-/// an array of uint8, a .safetensors in `__metadata__`.
+/// Texts to be stored in a file of arrays, by name. Empty texts are left out. A .npz stores each
+/// text as an array of uint8, a .safetensors in `__metadata__`.
 using ArrayTexts = std::map<std::string, std::string>;
 
 class ArrayContainer;
@@ -76,8 +76,9 @@ class ArrayContainer;
 /// final offset in the file. The same arrays produce the same bytes.
 class ArrayWriter {
   public:
-    /// Creates the hidden file. Throws Error (kOutput); (kUsage) if no container has the extension;
-    /// (kInternal) if two arrays share a name, or there are more than 65535.
+    /// Creates the hidden file. Throws Error (kOutput) if that fails, Error (kUsage) if no
+    /// container has the extension, Error (kInternal) if two arrays share a name or there are more
+    /// than 65535 arrays.
     ArrayWriter(const std::string& path, std::vector<NamedArray> arrays, ArrayTexts texts = {});
     ~ArrayWriter();
 
@@ -90,10 +91,11 @@ class ArrayWriter {
     void append(std::size_t array, std::span<const std::byte> numbers);
     /// Writes values, in memory representation, to the array with this index, `first` bytes from
     /// its start. Ranges may be written in any order, by several threads at once. Throws Error
-    /// (kOutput); (kInternal) if the range exceeds the array or overlaps one that has been written.
+    /// (kOutput) if writing fails, Error (kInternal) if the range exceeds the array or overlaps a
+    /// range that has been written.
     void writeAt(std::size_t array, std::uint64_t first, std::span<const std::byte> numbers);
-    /// Writes the container's headers and commits the file. Throws Error (kOutput); (kInternal) if
-    /// an array is incomplete.
+    /// Writes the container's headers and commits the file. Throws Error (kOutput) if writing
+    /// fails, Error (kInternal) if an array is incomplete.
     void finish() { close().commit(); }
     /// Does everything that finish() does except the commit. Returns the file for commitAll().
     AtomicFile& close();
@@ -125,7 +127,7 @@ std::span<const std::string_view> arrayExtensions();
 /// Whether the path ends in one of these extensions, upper or lower case.
 bool isArrayName(const std::string& path);
 
-/// Returns the text stored under this name in a file by ArrayWriter; "" if the file is missing,
+/// Returns the text stored under this name in a file by ArrayWriter, or "" if the file is missing,
 /// incomplete or written by another program, or has no such text. Reads only the parts of the file
 /// that it needs.
 std::string arrayText(const std::string& path, const std::string& name);

@@ -23,9 +23,9 @@
 namespace peeler {
 namespace {
 
-/// Indices of the first arrays in every file. After them come coloured opacity, if any
-/// (kOpacityArray), the columns, and the bundle. kSplitArray is the index of `ray_splits`, or of
-/// `count` in files of planes.
+/// The indices of the first arrays in every file. These arrays are followed by coloured opacity, if
+/// any (kOpacityArray), the columns, and the bundle. kSplitArray is the index of `ray_splits`, or
+/// of `count` in files of planes.
 enum FixedArray : std::size_t { kSplitArray, kDepthArray, kColorArray, kNear, kFar, kOpacityArray };
 
 constexpr std::string_view kLayerName = "layer";

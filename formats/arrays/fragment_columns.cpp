@@ -17,13 +17,14 @@ namespace {
 constexpr std::uint32_t kNothing = 0xFFFFFFFFU;
 constexpr std::string_view kFacingName = "facing";
 
-/// A known column, used if a picture has all of its channels and they share one type.
+/// A known column. It is used if a picture has all of the column's channels and these channels
+/// share one type.
 struct KnownColumn {
     std::string_view name;
     std::vector<std::string_view> channels;
     ColumnUse use = ColumnUse::kCopy;
     std::vector<std::string_view> properties{};
-    /// The column's name in a picture without the channel `facing`; empty if it is the same.
+    /// The column's name in a picture without the channel `facing`; empty if the name is the same.
     std::string_view toward_viewer{};
 };
 
@@ -57,7 +58,8 @@ bool isIndex(ColumnUse use) {
     return use == ColumnUse::kIndex || use == ColumnUse::kMaterial;
 }
 
-/// Returns the type that these channels share; nothing if one is missing or they differ.
+/// Returns the type that these channels share, or nothing if a channel is missing or the types
+/// differ.
 std::optional<PixelType> commonType(const LayeredImage& band,
                                     std::span<const std::string_view> channels) {
     std::optional<PixelType> common;

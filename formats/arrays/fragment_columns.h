@@ -25,7 +25,8 @@ std::span<const std::byte> componentsOf(const FragmentArray& array, std::size_t 
 enum class ColumnUse : std::uint8_t {
     kCopy,
     kIndex,  ///< index + 1 becomes index, and 0 becomes 0xFFFFFFFF (no index)
-    /// As kIndex; glTF's default material, which no file lists, also becomes 0xFFFFFFFF.
+    /// As kIndex. The index of glTF's default material, which no file lists, also becomes
+    /// 0xFFFFFFFF.
     kMaterial,
     kSign,  ///< any number becomes its sign, −1 or 1
     /// Normals that face the viewer become normals on the front of the surface, by the channel
@@ -59,7 +60,7 @@ class FragmentColumnReader {
     FragmentColumnReader(const LayeredImage& band, const FragmentColumn& column,
                          std::uint32_t default_material);
 
-    /// Stores the column's values for a fragment at `out`. Returns their end.
+    /// Stores the column's values for a fragment at `out`. Returns the end of the values.
     std::byte* put(std::size_t fragment, std::byte* out) const;
 
   private:

@@ -69,8 +69,8 @@ std::unique_ptr<Sink> makeFragmentArrays(std::string path, const FragmentArrayOp
 /// Forecasts the exact size of the file of arrays, like forecastFragmentPoints().
 SizeForecast forecastFragmentArrays(const std::string& path, const Plan& plan,
                                     const LayeredImage& band, const FragmentArrayOptions& options);
-/// Returns the bytes that this Sink holds per fragment, like fragmentPointBytes(). Planes are built
-/// a few pixels at a time, so they add little.
+/// Returns the bytes that this Sink holds per fragment, like fragmentPointBytes(). Planes add
+/// little, because they are built a few pixels at a time.
 std::uint64_t fragmentArrayBytes(const LayeredImage& band, const FragmentArrayOptions& options);
 
 /// Returns a Sink that writes a sample for the loader of LaRI (Li et al., "LaRI: Layered Ray

@@ -37,7 +37,7 @@ constexpr ArrayNumber kArrayNumbers[] = {
                 "check that it is a complete NumPy file");
 }
 
-/// Returns the text that follows a key in the header's dictionary; "" if there is no such key.
+/// Returns the text that follows a key in the header's dictionary, or "" if there is no such key.
 std::string_view after(std::string_view header, std::string_view key) {
     const std::size_t at = header.find(key);
     if (at == std::string_view::npos) return {};
@@ -67,7 +67,7 @@ std::optional<std::vector<std::uint64_t>> shapeOf(std::string_view text) {
     }
 }
 
-/// Returns the size of an array in bytes; nothing on overflow.
+/// Returns the size of an array in bytes, or nothing on overflow.
 std::optional<std::uint64_t> sizeOf(const NumberArray& array) {
     std::uint64_t bytes = array.number->size;
     for (const std::uint64_t size : array.shape) {

@@ -69,7 +69,7 @@ Directory directoryOf(const ArchiveFields& file, const std::string& where) {
     damaged("there is no directory", where);
 }
 
-/// Reads from a member's extra field the sizes and the offset that do not fit into 32 bits, in the
+/// Reads the sizes and the offset that do not fit into 32 bits from a member's extra field, in the
 /// order of section 4.5.3.
 void takeZip64(const ArchiveFields& file, std::uint64_t extra, std::uint64_t size, Member& member) {
     const std::uint64_t end = extra + size;

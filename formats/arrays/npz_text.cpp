@@ -26,7 +26,7 @@ T zipNumber(const std::string& bytes, std::uint64_t at) {
     return number;
 }
 
-/// Returns bytes of a file; "" if not all of them can be read.
+/// Returns bytes of a file, or "" if not all of them can be read.
 std::string zipBytes(const RegularFile& file, std::uint64_t at, std::uint64_t size) {
     std::string bytes(size, '\0');
     return file.read(at, bytes) ? bytes : "";

@@ -25,7 +25,7 @@ namespace {
 constexpr std::size_t kTintOnly = kTintedComponents - kPlainComponents;
 
 /// The fragments' channels other than colour and Z, with arrays and components in the order of the
-/// channel table. (Pictures read from files may have them sorted by name.)
+/// channel table. (In pictures read from files, arrays and components may be sorted by name.)
 class ArrangedChannels {
   public:
     explicit ArrangedChannels(std::span<const FragmentArray> channels = {}) {
@@ -107,8 +107,8 @@ struct PictureLayout {
     }
 };
 
-/// The indices of the layers' arrays in the file. kTintList is coloured opacity. Without coloured
-/// opacity, the channel arrays start at this index.
+/// The indices of the layers' arrays in the file. kTintList is the index of coloured opacity or,
+/// without coloured opacity, of the first channel array.
 enum LayerArray : std::size_t { kSplitList, kDepthList, kColorList, kTintList };
 
 PictureLayout layersLayout(const Plan& plan, PixelType color,

@@ -51,7 +51,7 @@ class PictureArrays {
     const ExrInfo& info() const { return info_; }
     const RegularFile& file() const { return file_; }
     bool composite() const { return composite_; }
-    /// The arrays with these names; `splits` is null for a composite, `opacity` if missing.
+    /// The arrays with these names. `splits` is null for a composite; `opacity` is null if missing.
     const SafetensorsArray *splits = nullptr, *z = nullptr, *rgba = nullptr, *opacity = nullptr;
     /// Another channel array of the fragments.
     struct ExtraArray {
@@ -80,8 +80,8 @@ class PictureArrays {
 /// Opens a picture of fragment lists; with `pixels`, opens a composite like openComposite()
 /// (formats/layered/opened_picture.h). Reads the splits, so that info().plan has the window and the
 /// number of pixels of each layer, and the actual fragment counts. Throws Error (kInput) if the
-/// file holds the other kind of picture, or if lists are out of order; (kUsage) if the options
-/// choose a part or view.
+/// file holds the other kind of picture, or if lists are out of order. Throws Error (kUsage) if the
+/// options choose a part or view.
 std::unique_ptr<LayeredInput> openArrays(std::unique_ptr<PictureArrays> arrays,
                                          bool pixels = false);
 

@@ -16,7 +16,7 @@ using Texts = std::map<std::string, std::string>;
 /// The name of each channel array, with the names of its channels.
 using ArrayChannels = std::vector<std::pair<std::string, std::vector<std::string>>>;
 
-/// The key of the text that gives the picture's kind, and its two possible values.
+/// The key of the text that gives the picture's kind, and the two possible values of the text.
 inline constexpr const char* kPictureKind = "peeler:arrays";
 inline constexpr const char* kLayersKind = "layers";
 inline constexpr const char* kCompositeKind = "composite";

@@ -10,7 +10,7 @@
 namespace peeler {
 namespace {
 
-/// Returns the axis, 0 to 2, of a property x, y or z; −1 for any other property.
+/// Returns the axis, 0 to 2, of a property x, y or z, or −1 for any other property.
 int axisOf(const PlyField& property) {
     if (property.count || property.name.size() != 1) return -1;
     const int axis = property.name[0] - 'x';

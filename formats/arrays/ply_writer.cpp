@@ -39,7 +39,7 @@ PlyWriter::PlyWriter(const std::string& path, std::vector<PlyProperty> propertie
 }
 
 /// Returns the header. A comment of dots pads the number of points, so that the header's length
-/// does not depend on it.
+/// does not depend on the number.
 std::string PlyWriter::header(std::span<const PlyProperty> properties,
                               std::span<const std::string> comments, std::uint64_t points) {
     const std::string count = std::to_string(points);

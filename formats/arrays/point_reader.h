@@ -21,8 +21,8 @@ inline constexpr std::uint64_t kMostPoints = std::uint64_t{1} << 28;
 /// Returns the points of a PLY file or a .npz, with their coordinates as stored. The first bytes of
 /// the file decide its format. Holds the whole file, at most 8 GiB, in memory. Throws Error
 /// (kInput) if the file has neither format, is damaged, has no point or more than kMostPoints, or
-/// has a coordinate that is NaN or exceeds the range of 32-bit floats; (kMemory) if file and points
-/// exceed the budget.
+/// has a coordinate that is NaN or exceeds the range of 32-bit floats. Throws Error (kMemory) if
+/// file and points exceed the budget.
 std::vector<glm::dvec3> readPoints(const std::filesystem::path& path,
                                    const MemoryBudget& memory = {});
 

@@ -28,7 +28,7 @@ struct SafetensorsHeader {
     std::map<std::string, std::string> metadata;  ///< texts of the header's member `__metadata__`
 
     const SafetensorsArray* find(std::string_view name) const;
-    /// Returns the text with this name in `metadata`; "" if missing.
+    /// Returns the text with this name in `metadata`, or "" if it is missing.
     std::string text(const std::string& name) const;
 };
 

@@ -74,8 +74,8 @@ struct PlyProperty {
 /// advance, since finish() fills in the header. Points are not kept in memory.
 class PlyWriter {
   public:
-    /// Creates the hidden file. Throws Error (kOutput); (kInternal) if a property has a type that
-    /// PLY lacks, or a name or comment breaks the header.
+    /// Creates the hidden file. Throws Error (kOutput) if that fails, Error (kInternal) if a
+    /// property has a type that PLY lacks, or a name or comment breaks the header.
     PlyWriter(const std::string& path, std::vector<PlyProperty> properties,
               std::vector<std::string> comments = {});
 
@@ -91,8 +91,8 @@ class PlyWriter {
     /// Writes whole points from the index `first` on, in any order and from several threads at
     /// once. Every point must be written exactly once.
     void writeAt(std::uint64_t first, std::span<const std::byte> points);
-    /// Writes the final header and commits the file. Throws Error (kOutput); (kInternal) if points
-    /// are missing.
+    /// Writes the final header and commits the file. Throws Error (kOutput) if writing fails, Error
+    /// (kInternal) if points are missing.
     void finish();
 
   private:

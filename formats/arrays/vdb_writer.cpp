@@ -17,9 +17,9 @@
 namespace peeler {
 namespace {
 
-// Position and size of the UUID. The file begins as Archive::writeHeader in OpenVDB 10 writes it:
-// magic number (8 bytes), versions of format (4) and library (2 × 4), presence of offsets (1), then
-// the UUID as text.
+// The position and size of the UUID. Archive::writeHeader in OpenVDB 10 begins the file with: magic
+// number (8 bytes), versions of format (4) and library (2 × 4), presence of offsets (1), then the
+// UUID as text.
 constexpr std::uint64_t kUuidAt = 21, kUuidSize = 36;
 
 /// A 64-bit FNV-1a hash of a file's bytes, without its UUID.
@@ -80,7 +80,8 @@ class FileBuffer : public std::streambuf {
         const char byte = traits_type::to_char_type(letter);
         return xsputn(&byte, 1) == 1 ? letter : traits_type::eof();
     }
-    /// Returns the current position, at the end; seeking elsewhere is not supported.
+    /// Returns the current position, which is always the end of the file. Returns −1 for a request
+    /// to move to another position.
     pos_type seekoff(off_type offset, std::ios_base::seekdir from,
                      std::ios_base::openmode) override {
         if (offset != 0 || from == std::ios_base::beg) return pos_type(off_type(-1));

@@ -26,8 +26,8 @@ struct VdbVoxels {
 /// Writes a fog volume: a float grid `density` that is 1 and active inside, 0 elsewhere. Integer
 /// index coordinates are cell centres. The same voxels produce the same bytes: the file's UUID,
 /// which OpenVDB would draw at random, is a hash of the content. Takes about 4 bytes of memory per
-/// cell near the boundary, and little inside. Does not commit `file`. Throws Error (kOutput),
-/// (kMemory).
+/// cell near the boundary, and little inside. Does not commit `file`. Throws Error (kOutput) if
+/// writing fails, Error (kMemory) if memory runs out.
 void writeVdb(AtomicFile& file, const VdbVoxels& voxels, const std::string& creator);
 
 /// The type of the function that the OpenVDB module (formats/modules/vdb_grid.cpp) exports as

@@ -102,7 +102,7 @@ class XrayWriter final : public Sink {
     }
 
     void write(LayeredImage&& band) override {
-        // Chosen so that the data fits into the cache of one core.
+        // With this number of pixels, the data fits into the cache of one core.
         constexpr std::size_t kPixelsAtOnce = std::size_t{1} << 15;
         const XrayNumbers numbers(band, plan_.view);
         parallelFor(kXrayRows, [&](std::size_t row) {

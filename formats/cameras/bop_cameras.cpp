@@ -56,7 +56,7 @@ glm::dmat4 rigidMembers(const CameraObject& object, const char* turn, const char
     return checkedPose(matrix, object.where(turn));
 }
 
-/// Returns the key as a picture's id; nothing if it is not a number.
+/// Returns the key as a picture's id, or nothing if it is not a number.
 std::optional<std::uint32_t> pictureId(const std::string& key) {
     std::uint32_t id = 0;
     const auto [end, failure] = std::from_chars(key.data(), key.data() + key.size(), id);
@@ -201,7 +201,8 @@ std::string objectsText(const FileCamera& camera) {
     return "[" + text + "]";
 }
 
-/// Returns the cameras' names as picture ids, if all are numbers and all differ; otherwise 0, 1, ….
+/// Returns the cameras' names as picture ids if all names are numbers and all differ. Otherwise
+/// returns 0, 1, ….
 std::vector<std::uint32_t> idsOf(std::span<const FileCamera> cameras) {
     std::vector<std::uint32_t> ids;
     std::set<std::uint32_t> different;

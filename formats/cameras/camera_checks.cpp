@@ -73,8 +73,8 @@ glm::dmat4 rigidInverse(const glm::dmat4& matrix) {
 
 glm::dmat4 poseOfOpencv(const glm::dmat4& world_to_camera, const std::string& where) {
     glm::dmat4 turn = glm::dmat4(glm::dmat3(checkedPose(world_to_camera, where)));
-    // The rows are the camera's axes in the world, from which the eye's position follows. Making
-    // the rows rigid, not the columns, keeps that position.
+    // The rows are the camera's axes in the world, and the eye's position follows from them. So
+    // make the rows rigid; making the columns rigid would change the position.
     if (!(distanceFromRigid(turn) < kRigidByRounding))
         turn = glm::transpose(rigid(glm::transpose(turn)).value_or(turn));
     turn[3] = world_to_camera[3];

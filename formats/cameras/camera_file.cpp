@@ -36,7 +36,7 @@ std::string_view nameOf(CameraConvention convention) {
 /// Throws Error (kUsage) if the options give a convention that contradicts the format's.
 void checkConvention(const CameraFormat& format, const CameraSource& source) {
     const auto asked = source.options.convention;
-    // Arrays have no convention of their own, so any may be given.
+    // Files of arrays define no convention, so the options may give any.
     if (!asked || asked == CameraConvention::kBlender || &format == &kPoseArrayFormat) return;
     if (asked == format.convention) return;
     const std::string own = format.convention
@@ -48,7 +48,7 @@ void checkConvention(const CameraFormat& format, const CameraSource& source) {
                 source.path.string(), "leave it out, or give blender for a world with +Z up");
 }
 
-/// Turns a camera and its objects from a world with +Z up to one with +Y up.
+/// Turns a camera and its objects from a world with +Z up to a world with +Y up.
 void turnWorld(FileCamera& camera) {
     const auto turn = [](glm::dmat4& to_world) {
         for (int column = 0; column < 4; ++column) {

@@ -59,9 +59,9 @@ std::span<const CameraConventionInfo> cameraConventions();
 CameraConvention cameraConvention(const std::string& name);
 
 struct CameraFileOptions {
-    /// Required for arrays of poses. Every other format has a convention and accepts only that one
-    /// or kBlender. With kBlender, only the file's world is turned; the camera axes stay as the
-    /// format defines them.
+    /// The convention of the file's poses. It is required for arrays of poses. Every other format
+    /// has its own convention, and accepts only that convention or kBlender. With kBlender, only
+    /// the file's world is turned; the camera axes stay as the format defines them.
     std::optional<CameraConvention> convention{};
     Size size{0, 0};  ///< size of the pictures, if the file does not define it
 };
@@ -80,8 +80,9 @@ std::vector<FileCamera> readCameras(const std::filesystem::path& path,
                                     const CameraFileOptions& options, ReadWarnings& warnings);
 
 /// Returns a view's camera as stored in files: pose, intrinsics and size of the crop, near and far.
-/// For an orthographic view, `ortho_height` is the height of the crop. cameraChoice() makes a view
-/// with the same rays from it. That view, stored and read again, is identical bit by bit.
+/// For an orthographic view, `ortho_height` is the height of the crop. cameraChoice() converts the
+/// returned camera to a view with the same rays. Storing and reading that view again gives an
+/// identical view, bit by bit.
 FileCamera fileCamera(const View& view, std::string name);
 
 /// Returns the camera choice for a camera from a file: pose, intrinsics or field of view, near, far
@@ -114,9 +115,9 @@ void checkCameraOutput(const std::string& path);
 std::vector<std::filesystem::path> cameraFiles(const std::filesystem::path& path);
 
 /// Writes cameras in the format chosen by the path; publishes all files of the format, or none.
-/// Throws Error (kUsage) for a path that checkCameraOutput() refuses; if there are no cameras; for
-/// orthographic cameras and cameras without a size; for names that the format cannot store; and,
-/// for BOP, if sizes differ. Also throws Error (kOutput).
+/// Throws Error (kUsage) if checkCameraOutput() refuses the path, if there are no cameras, if a
+/// camera is orthographic or has no size, if the format cannot store a name, or, for BOP, if sizes
+/// differ. Throws Error (kOutput) if writing fails.
 void writeCameras(const std::string& path, std::span<const FileCamera> cameras,
                   const CameraOutputOptions& options = {});
 

@@ -34,8 +34,8 @@ struct CameraFormat {
     std::optional<CameraConvention> convention;
     /// Whether the source has this format, judged by name or content.
     bool (*holds)(const CameraSource& source);
-    /// Reads the views. Their world may stay as in the file. Names may stay empty; the caller then
-    /// uses the picture's name or the view's index.
+    /// Reads the views. The poses may stay in the file's world. Names may stay empty; the caller
+    /// then uses the picture's name or the view's index.
     std::vector<FileCamera> (*read)(const CameraSource& source);
     // The members below are null for formats without a writer.
     /// Whether the path chooses this format for writing.
@@ -107,7 +107,7 @@ class CameraObject {
     std::string where() const;
     std::string where(std::string_view key) const;
 
-    /// Returns the member; a null pointer if it is missing or JSON null.
+    /// Returns the member, or a null pointer if it is missing or JSON null.
     const nlohmann::json* find(const char* key) const;
     bool has(const char* key) const { return find(key) != nullptr; }
     /// Returns a finite number, if present. Throws Error (kInput) if the member is anything else.

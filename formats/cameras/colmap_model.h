@@ -24,7 +24,7 @@ struct ColmapLens {
     int focal_lengths;
 };
 
-/// Returns the camera model with this number or name; null if it is unknown.
+/// Returns the camera model with this number or name, or null if it is unknown.
 const ColmapLens* colmapLens(int id);
 const ColmapLens* colmapLens(std::string_view name);
 

@@ -98,8 +98,8 @@ std::map<std::uint32_t, ColmapCamera> readCameraLines(const std::filesystem::pat
     return cameras;
 }
 
-/// Skips the line of points after an image. The line may be empty. Throws Error (kInput) if it
-/// holds anything else: files without these lines have the next image there.
+/// Skips the line of points after an image. The line may be empty. Throws Error (kInput) if the
+/// line holds anything else, because a file without these lines has the next image there.
 void passPoints(TextLines& lines) {
     if (!lines.next()) return;
     while (lines.hasMore()) {

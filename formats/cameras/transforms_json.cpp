@@ -21,7 +21,8 @@ namespace {
 
 constexpr const char* kNearKey = "peeler_near";  // peeler's own key, which other programs ignore
 constexpr const char* kFarKey = "peeler_far";
-// Written only if the view's name is not the picture's file name without folder and extension.
+// The key is written only if the view's name is not the picture's file name without folder and
+// extension.
 constexpr const char* kNameKey = "peeler_name";
 
 /// Keys that are read, and keys that are ignored without a warning because they do not affect the
@@ -78,7 +79,7 @@ void warnOfPassedOver(const CameraObject& holder, ReadWarnings& warnings) {
     warnOfOthers(holder, known, warnings);
 }
 
-/// The members of a frame; the file's members are the defaults.
+/// The members of a frame. The file's members are the defaults of missing members.
 class FrameMembers {
   public:
     FrameMembers(const CameraObject& frame, const CameraObject& all) : frame_(frame), all_(all) {}

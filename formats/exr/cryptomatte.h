@@ -17,8 +17,8 @@
 namespace peeler {
 
 /// Returns the MurmurHash3_32 (seed 0) of a name's bytes, adjusted to the bits of a normal float:
-/// if the exponent is all zeros or all ones, flips its lowest bit (uint32_to_float32 in the
-/// specification).
+/// if the exponent is all zeros or all ones, flips the exponent's lowest bit (uint32_to_float32 in
+/// the specification).
 std::uint32_t cryptomatteHash(const std::string& name);
 
 /// Returns a hash as eight hexadecimal digits, as in manifests.

@@ -54,7 +54,7 @@ constexpr std::string_view kOfView[] = {"far",
                                         "screenWindowWidth",
                                         "worldToCamera",
                                         "worldToNDC"};
-/// The attributes of the date, which peeler sets anew or omits.
+/// The attributes of the date. peeler sets its own date, or none.
 constexpr std::string_view kOfOurs[] = {"capDate", "utcOffset"};
 
 template <std::size_t n>

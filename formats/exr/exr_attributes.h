@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Carried attributes: header attributes of another program's picture that peeler copies into the
-// OpenEXR files it makes from that picture.
+// Carried attributes: header attributes of another program's picture. peeler copies them into the
+// OpenEXR files that it makes from the picture.
 #pragma once
 
 #include <OpenEXR/ImfHeader.h>
@@ -18,12 +18,13 @@ namespace peeler {
 /// about primaries other than Rec. 709.
 void readCarried(OpenedExr& opened, std::size_t part);
 
-/// The maximum total size of carried attributes, in bytes. It is limited because every part of an
-/// output file repeats them.
+/// The maximum total size of carried attributes, in bytes. There is a limit because every part of
+/// an output file repeats the attributes.
 inline constexpr std::size_t kMostCarried = 1 << 20;
 
-/// Whether an attribute can be carried into peeler's files, whose camera is known or not. peeler
-/// must not set the attribute itself, and OpenEXR must accept its value for its type.
+/// Whether an attribute can be carried into peeler's files: peeler does not set the attribute
+/// itself, and OpenEXR accepts the value for its type. `camera_known`: whether the files' camera is
+/// known.
 bool canCarry(const StoredAttribute& stored, bool camera_known);
 
 /// Inserts the attributes into a header. Replaces attributes with the same names.

@@ -24,7 +24,7 @@ namespace {
 /// Buffer size of an AtomicFile, in bytes.
 constexpr std::size_t kFileBuffer = std::size_t{1} << 20;
 
-/// Returns the channels for colour and Z, with these sources of their values.
+/// Returns the channels for colour and Z, whose values come from these sources.
 std::vector<ExrChannel> colorChannels(const Plan& plan, int color, int z) {
     const std::vector<std::string> names = colorNames(plan.tinted);
     std::vector<ExrChannel> channels = {{"Z", PixelType::kFloat, z, 0, 1}};
@@ -96,7 +96,7 @@ void ExrBandWriter::write(const LayeredImage& band) {
 
 SinkMemory ExrBandWriter::memory(std::span<const ExrPart> parts, const Plan& plan,
                                  const OutputOptions& options) {
-    // Values per row: in the widest part, and in all parts together.
+    // The number of values per row, in the widest part and in all parts together.
     std::uint64_t widest = 0, all = 0;
     std::size_t last_file = 0;
     for (const ExrPart& part : parts) {
@@ -164,14 +164,15 @@ void ExrBandWriter::open(const LayeredImage& first_band) {
         exr_.push_back(std::make_unique<ExrOutput>(*files_[file], std::move(headers[file])));
     for (std::size_t part = 0; part < parts_.size(); ++part)
         chunks_.push_back(exr_[parts_[part].file]->chunkCount(place_[part]));
-    // Only the colours of composites are converted; stored colours of layers are not.
+    // The colours of composites are converted. The stored colours of layers are not.
     if (layered && first_band.color.type != plan_.color_type) {
         throw Error(ErrorKind::kInternal, "a band's colours do not fit the plan",
                     files_.front()->path());
     }
 }
 
-/// Lists the channels of each part: those of layers, or those of the composite.
+/// Lists the channels of each part: the channels of its layers, and those of the composite if the
+/// part holds it.
 void ExrBandWriter::findChannels(const LayeredImage& first_band) {
     auto layer_channels = colorChannels(plan_, ExrChannel::kColor, ExrChannel::kZ);
     appendExrChannels(first_band.extra, layer_channels);
@@ -280,8 +281,8 @@ void ExrBandWriter::run(std::span<const Job> jobs, const LayeredImage& band) {
     boundBuffers();
 }
 
-/// Frees the buffers if they exceed a limit. Otherwise each would grow over time to the size of the
-/// largest chunk.
+/// Frees the buffers if they exceed a limit. Otherwise every buffer would grow over time to the
+/// size of the largest chunk.
 void ExrBandWriter::boundBuffers() {
     std::size_t kept = packers_.bytesKept();
     for (const auto& packed : packed_)

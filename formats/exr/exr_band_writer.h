@@ -57,11 +57,11 @@ class ExrBandWriter {
                   OutputOptions options);
     ~ExrBandWriter();
 
-    /// Writes the chunks that the band completes. Throws Error (kOutput); (kInternal) if the band
-    /// does not follow the previous one, or is malformed.
+    /// Writes the chunks that the band completes. Throws Error (kOutput) if writing fails, Error
+    /// (kInternal) if the band does not follow the previous one or is malformed.
     void write(const LayeredImage& band);
-    /// Finishes the files. Publishes no file before all are complete. Throws Error (kOutput);
-    /// (kInternal) if rows are missing.
+    /// Finishes the files. Publishes no file before all are complete. Throws Error (kOutput) if
+    /// writing fails, Error (kInternal) if rows are missing.
     void finish();
 
     /// Returns the memory for the kept rows, and for chunks that are being packed or wait to be
@@ -102,7 +102,8 @@ class ExrBandWriter {
     std::vector<ExrPart> parts_;
     std::vector<CryptomatteLayer> cryptomatte_;
     std::vector<std::unique_ptr<AtomicFile>> files_;
-    /// One container per file. Created with the first band, which defines the channels.
+    /// One container per file. The containers are created with the first band, which defines the
+    /// channels.
     std::vector<std::unique_ptr<ExrOutput>> exr_;
     std::vector<std::size_t> place_;                 ///< index of each part within its file
     std::vector<std::vector<ExrChannel>> channels_;  ///< channels of each part

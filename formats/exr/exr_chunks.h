@@ -32,7 +32,8 @@ namespace peeler {
 /// The compression level for libdeflate. Higher levels gain little on float pixels.
 inline constexpr int kDefaultZipLevel = 4;
 
-/// The maximum bytes of unpacked pixels that a writer packs at once, which limits its memory.
+/// The maximum number of bytes of unpacked pixels that a writer packs at once. It limits the
+/// writer's memory.
 inline constexpr std::size_t kExrBytesInFlight = 16U << 20;
 /// The number of copies of these pixels in memory: raw, filtered, packed.
 inline constexpr std::size_t kExrCopiesInFlight = 3;
@@ -127,7 +128,7 @@ class ExrOutput {
     /// Replaces an attribute's value in a part's header. The new value must have the same size.
     void setAttribute(std::size_t part, const char* name, const Imf::Attribute& value);
     /// Fills in the offset tables and each part's hash (exr_integrity.h), then checks headers and
-    /// tables by reading them with OpenEXR. Throws Error (kInternal) if a chunk is missing;
+    /// tables by reading them with OpenEXR. Throws Error (kInternal) if a chunk is missing, Error
     /// (kOutput) if headers or tables read back differently.
     void finish();
 
@@ -152,16 +153,17 @@ class ExrOutput {
 };
 
 /// Returns the maximum unpacked size of `packed` bytes, for checks of a file's sizes before
-/// allocating; 0 if deep data cannot have this compression.
+/// allocating, or 0 if deep data cannot have this compression.
 std::uint64_t exrMostUnpacked(const std::string& compression, std::uint64_t packed);
 
 /// Unpacks a chunk with compression "none", "rle", "zips" or "zip" (ExrInputPart::compression) into
-/// `out`, which must have the unpacked size. Copies a chunk that has this size, since it is stored
-/// unpacked. Returns false if the chunk does not fill `out` exactly.
+/// `out`, which must have the unpacked size. A chunk of that size is stored unpacked and is only
+/// copied. Returns false if the chunk does not fill `out` exactly.
 bool exrUnpack(const std::string& compression, std::span<const std::byte> packed,
                std::span<std::byte> out);
 
-/// Like exrUnpack(), for chunks that are always packed, even if that does not make them smaller.
+/// Unpacks like exrUnpack(), but for chunks that are always packed, even if packing does not make
+/// them smaller.
 bool exrUnpackAlways(const std::string& compression, std::span<const std::byte> packed,
                      std::span<std::byte> out);
 

@@ -22,7 +22,7 @@ struct ExrPlane {
     std::byte* first = nullptr;
 };
 
-/// An open file. Several threads may use it; it decodes for one thread at a time.
+/// An open file. Several threads may use this object; it decodes for one thread at a time.
 class ExrClasses {
   public:
     /// `file` must be open, must have passed the checks of ExrInput, and must outlive this object.

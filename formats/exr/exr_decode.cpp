@@ -13,8 +13,8 @@
 namespace peeler {
 namespace {
 
-/// The number of chunks that are looked up before they are decoded. It is limited so that headers
-/// cannot demand much memory.
+/// The number of chunks that are looked up before they are decoded. The number is limited so that
+/// headers cannot demand much memory.
 constexpr std::size_t kBatch = 1024;
 /// Maximum unpacked bytes of a chunk.
 constexpr std::uint64_t kMaxUnpacked = std::uint64_t{1} << 30;

@@ -42,9 +42,10 @@ bool toCounts(std::span<std::uint32_t> table, std::size_t width) {
     return true;
 }
 
-/// Unpacks a block's table of sample counts. OpenEXR's writer stores a table unpacked if packing
-/// does not make it smaller than the table of a whole tile, even for a tile at the edge, which has
-/// fewer pixels. It then stores a table for a whole tile, whose first entries are valid.
+/// Unpacks a block's table of sample counts. OpenEXR's writer stores a table unpacked if the packed
+/// table would not be smaller than the unpacked table of a whole tile. This also applies to a tile
+/// at the edge, which has fewer pixels: the stored table is that of a whole tile, and only its
+/// first entries are valid.
 bool unpackTable(const ExrInputPart& part, std::span<const std::byte> table,
                  std::span<std::byte> out) {
     const Grid grid = gridOf(part);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Deep image reader: reads the sample counts, then the samples, stores each in its fragment, and
-// sorts the fragments.
+// Deep image reader: reads the sample counts, then the samples; stores each sample in its fragment;
+// and sorts the fragments.
 #include "formats/exr/exr_readers.h"
 
 #include <Imath/half.h>
@@ -374,8 +374,8 @@ void ExrDeepReader::scatter(const ExrDeepBlock& block, const Part& part, Layered
             begin = offsets[0];
             end = offsets[columns];
             for (std::size_t x = 0; x < columns; ++x) {
-                // The file may change while it is read, but samples must never be stored beyond the
-                // row.
+                // The file may change while it is read. Even then, samples must never be stored
+                // beyond the row.
                 if (offsets[x + 1] - offsets[x] != counts[left + x]) {
                     throw Error(ErrorKind::kInput,
                                 "the sample counts have changed since the file was opened",

@@ -25,9 +25,9 @@ std::string exrLayerFile(const std::string& path, std::size_t layer);
 /// differently.
 bool isExrLayerFile(const std::string& path, const std::string& head);
 
-/// Returns all files that must be opened to read a picture: the named file and, if it is the head
-/// of a set, the files of its layers, even missing ones. Returns only the named file if that cannot
-/// be read.
+/// Returns all files that must be opened to read a picture: the named file and, if the named file
+/// is the head of a set, the files of its layers, even missing ones. If the named file cannot be
+/// read, returns only the named file.
 std::vector<std::string> exrFilesOf(const std::string& path);
 
 /// An open picture as one list of parts. The parts of the named file come first. If the named file

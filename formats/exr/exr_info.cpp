@@ -43,8 +43,8 @@ Provenance provenanceOf(const ExrInputPart& part) {
 }
 
 /// Returns the view with its camera and windows. The windows decide how pixels are read. Throws
-/// Error (kInput) if the camera's JSON has another picture size. Ignores its crop if the windows
-/// contradict it.
+/// Error (kInput) if the camera's JSON has another picture size. Ignores the crop in the JSON if
+/// the windows contradict it.
 View viewOf(const ExrInfo& info, const std::string& path) {
     View view;
     const ExrInputPart& first = info.parts.front();

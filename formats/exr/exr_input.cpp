@@ -2,7 +2,8 @@
 // Low-level OpenEXR reader, based on OpenEXRCore, with checks of its results.
 //
 // OpenEXRCore, the C library, decodes chunks of the same part on several threads and keeps no
-// buffers in between. OpenEXR's C++ classes keep buffers for every part, even for hundreds.
+// buffers between chunks. OpenEXR's C++ classes keep buffers for every part, even for hundreds of
+// parts.
 #include "formats/exr/exr_input.h"
 
 #include <OpenEXR/openexr.h>
@@ -29,15 +30,16 @@ namespace {
 /// Maximum number of channels per part. One part may hold all layers.
 constexpr int kMaxChannels = 1 << 16;
 constexpr std::size_t kZlibState = 1 << 16;  ///< slightly more bytes than zlib's state takes
-/// The bytes that OpenEXR's classes may always allocate for a block of rows or a tile, even if the
-/// image has few of its pixels. They may allocate more only if the file is large enough.
+/// The number of bytes that OpenEXR's classes may always allocate for a block of rows or a tile,
+/// even if the image has few of its pixels. The classes may allocate more only if the file is large
+/// enough.
 constexpr std::uint64_t kMostBlock = 64U << 20;
 
 /// The details of the last failure, which OpenEXRCore reports to a callback on the calling thread.
 thread_local std::string last_message;
-/// An exception that a callback caught, because it must not pass through C code. It is kept to be
-/// thrown later. Otherwise OpenEXRCore would report lack of memory or a read error as a damaged
-/// file, or continue without an attribute.
+/// An exception that a callback caught, because the exception must not pass through C code. It is
+/// thrown again later. Otherwise OpenEXRCore would report lack of memory or a read error as a
+/// damaged file, or continue without an attribute.
 thread_local std::exception_ptr withheld;
 
 void keepMessage(exr_const_context_t, exr_result_t, const char* message) {
@@ -55,7 +57,7 @@ void* allocate(std::size_t bytes) {
 }
 
 /// Reads bytes for OpenEXRCore. Without this callback, OpenEXRCore would open the path again and
-/// wait if it has become a pipe.
+/// wait if the path has become a pipe.
 std::int64_t readExrBytes(exr_const_context_t, void* file, void* to, std::uint64_t size,
                           std::uint64_t at, exr_stream_error_func_ptr_t) {
     try {
@@ -72,7 +74,7 @@ std::int64_t exrFileSize(exr_const_context_t, void* file) {
 }
 
 Window toWindow(const exr_attr_box2i_t& box) {
-    // Clamped to avoid overflow. Windows of such sizes are refused before use.
+    // The coordinates are clamped to avoid overflow. Windows this large are refused before use.
     constexpr std::int64_t kMost = std::numeric_limits<std::int32_t>::max();
     return {std::max(box.min.x, -static_cast<int>(kMost)),
             std::max(box.min.y, -static_cast<int>(kMost)),
@@ -112,7 +114,7 @@ const char* compressionName(exr_compression_t compression) {
     return index < kNames.size() ? kNames[index] : "unknown";
 }
 
-/// Returns an attribute's value as text; "" for types that are not converted.
+/// Returns an attribute's value as text, or "" for types that are not converted.
 std::string attributeText(const exr_attribute_t& attribute) {
     switch (attribute.type) {
         case EXR_ATTR_STRING:

@@ -60,7 +60,7 @@ struct ExrInputPart {
     std::optional<std::array<float, 8>> chromaticities{};
 
     const ExrInputChannel* channel(const std::string& wanted) const;
-    /// Returns the text of an attribute; "" if the part lacks it.
+    /// Returns the text of an attribute, or "" if the part lacks it.
     std::string attribute(const std::string& wanted) const;
     /// Whether every pixel has a list of samples.
     bool deep() const {
@@ -68,7 +68,7 @@ struct ExrInputPart {
     }
 };
 
-/// Returns the number at the beginning of an attribute's text; 0 if there is none.
+/// Returns the number at the beginning of an attribute's text, or 0 if there is none.
 template <class T>
 T numberIn(const std::string& text) {
     T number{};
@@ -97,7 +97,7 @@ struct ExrTarget {
 struct ExrDeepBlock {
     Window window;
     std::vector<std::uint32_t> counts;  ///< number of samples in each pixel, row-major
-    /// Ordered by row, then by channel (sorted by name), then by pixel.
+    /// The samples, ordered by row, then by channel (sorted by name), then by pixel.
     ByteBuffer samples;
 };
 

@@ -21,8 +21,8 @@ namespace peeler {
 namespace {
 
 // A flipped bit may change the attribute's name, or make the previous attribute overlap this one.
-// Each of these two strings still shows that the file had a hash: both are in the attribute's
-// record, and no bit belongs to both.
+// These two strings are parts of the attribute's record that do not overlap, so one of them stays
+// intact and shows that the file had a hash.
 constexpr std::string_view kRecordBegin("peeler:pixelHash\0string\0", 24);
 constexpr std::string_view kRecordEnd("\x16\0\0\0xxh64:", 10);
 constexpr std::string_view kValueBegin = kRecordEnd.substr(4);
@@ -153,7 +153,7 @@ bool hasHash(FileBytes& file, const Headers& headers) {
     return found;
 }
 
-/// Returns the size of the chunk at `place`; 0 if the file ends too early.
+/// Returns the size of the chunk at `place`, or 0 if the file ends too early.
 std::uint64_t chunkBytes(FileBytes& file, const Headers& headers, const PartHeader& part,
                          std::uint64_t place) {
     const std::uint64_t row = place + (headers.multi_part ? sizeof(std::int32_t) : 0);
@@ -178,7 +178,8 @@ struct Chunks {
     std::vector<std::size_t> part;
 };
 
-/// Returns the chunks; nothing unless tables and chunks fill the rest of the file without gaps.
+/// Returns the chunks, or nothing if tables and chunks do not fill the rest of the file without
+/// gaps.
 std::optional<Chunks> readChunks(FileBytes& file, const Headers& headers) {
     Chunks chunks;
     std::uint64_t place = headers.end;

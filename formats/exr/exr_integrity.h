@@ -26,7 +26,7 @@ struct ExrIntegrity {
     State state = kProven;
     std::string where;  ///< the changed file, and the part if known
 
-    /// Returns the problem, without the place; "" unless the state is kChanged.
+    /// Returns the problem, without the place, if the state is kChanged; otherwise returns "".
     std::string problem() const;
 };
 

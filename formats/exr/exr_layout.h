@@ -57,7 +57,7 @@ inline constexpr std::uint64_t kMostZlibRatio = 1100;
 std::span<const ExrCompression> exrCompressions();
 
 /// Returns the compression with this name; "" means the default of flat or deep images. Throws
-/// Error (kUsage), with a list of the choices, if such images cannot have it.
+/// Error (kUsage), with a list of the choices, if flat or deep images cannot have the compression.
 const ExrCompression& findExrCompression(std::string_view name, bool deep);
 
 }  // namespace peeler

@@ -130,7 +130,8 @@ void ExrLdiReader::takePicture(const ExrPicture& picture) {
     info_.plan.layers = {{part.data_window, 0}};
     info_.plan.tinted = colors_.tinted();
     info_.plan.color_type = PixelType::kHalf;
-    // Until completeColors() converts them, R holds the luminance, and G and B hold RY and BY.
+    // Before completeColors() converts the pixels, R holds the luminance, and G and B hold RY and
+    // BY.
     if (!colors_.luminance.empty())
         colors_.rgb = {colors_.luminance, colors_.chroma[0], colors_.chroma[1]};
     for (const std::string& name : colorNames(true)) {
@@ -184,7 +185,7 @@ void ExrLdiReader::findChannels() {
     channels_.insert(channels_.end(), others.begin(), others.end());
 }
 
-/// Returns a channel's name in the layer's part; "" if it is missing.
+/// Returns a channel's name in the layer's part, or "" if it is missing.
 std::string ExrLdiReader::storedName(const Source& source,
                                      std::span<const ExrInputChannel> channels,
                                      std::size_t c) const {

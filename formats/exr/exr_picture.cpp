@@ -35,7 +35,7 @@ struct ChannelGroup {
     std::vector<std::string> names;  ///< names of the channels without the prefix
 
     bool has(std::string_view name) const { return std::ranges::find(names, name) != names.end(); }
-    /// Returns the full name of the channel with this name in any spelling; "" if missing.
+    /// Returns the full name of the channel with this name in any spelling, or "" if it is missing.
     std::string find(std::string_view name) const;
     std::string findExactly(std::string_view name) const {
         return has(name) ? prefix + std::string(name) : std::string();
@@ -110,8 +110,8 @@ std::vector<ChannelGroup> groupsOf(const ExrInputPart& part) {
     return groups;
 }
 
-/// Splits a prefix like "beauty.right." into the layer and the view, if the prefix names a view of
-/// the part (openexr.com/en/latest/MultiViewOpenEXR.html).
+/// If a prefix like "beauty.right." names a view of the part, splits it into the layer and the view
+/// (openexr.com/en/latest/MultiViewOpenEXR.html).
 void nameLayer(const ChannelGroup& group, ExrPicture& picture) {
     const ExrInputPart& part = group.part;
     picture.layer = group.prefix.substr(0, group.prefix.empty() ? 0 : group.prefix.size() - 1);
@@ -292,8 +292,8 @@ void warnOfUnread(OpenedExr& opened, std::span<const std::size_t> read) {
     const std::string view =
         read.empty() ? std::string() : info.parts[read.front()].attribute("view");
     for (std::size_t i = 0; i < info.parts.size(); ++i) {
-        // Parts of other views need no warning here: either there was a warning about views, or a
-        // view was chosen.
+        // Parts of other views need no warning here: if no view was chosen, there already was a
+        // warning about views.
         if (std::ranges::find(read, i) == read.end() && info.parts[i].attribute("view") == view)
             names.push_back(info.parts[i].name);
     }

@@ -43,8 +43,8 @@ struct ExrPicture {
 /// Returns the picture that the options choose; by default, the picture of the first part with
 /// colours and, in a deep file, depth. Warns about views that are not read. If the options choose a
 /// part of peeler's own file, the file is read like another program's from then on. Throws Error
-/// (kUsage) for a name that the file does not have; (kInput) if there is no picture, or if the part
-/// has several layers and no colours of its own. The hint lists the choices.
+/// (kUsage) for a name that the file does not have. Throws Error (kInput) if there is no picture,
+/// or if the part has several layers and no colours of its own. The hint lists the choices.
 ExrPicture choosePicture(OpenedExr& opened);
 
 /// Warns about parts that are not read in files of other programs, unless a part was chosen.

@@ -214,11 +214,12 @@ void CountMap::finish() {
 SinkMemory CountMap::memory(const Plan& plan) const {
     if (lowerExtension(path_) == ".exr")
         return {.bytes = ExrPlaneWriter::memory(plan.view.crop.width(), 1),
-                // One number per pixel for `counts_`. Two for the writer's `rows_`, which may be
-                // reallocated and copied.
+                // `counts_` takes one number per pixel. The writer's `rows_` takes two, because it
+                // may be reallocated and copied.
                 .pixel_bytes = 3 * kNumberBytes};
     SinkMemory memory = ImageWriter(path_, options_).memory(plan);
-    // The counts, the band of colours (offset, Z, RGBA), and the band's composite (RGBA, Z).
+    // This is the memory for the counts, the band of colours (offset, Z, RGBA), and the band's
+    // composite (RGBA, Z).
     memory.pixel_bytes += 3 * sizeof(std::uint32_t) + 9 * sizeof(float);
     return memory;
 }

@@ -74,7 +74,8 @@ class ExrLdiReader : public LayeredInput {
     std::vector<Source> sources_;  ///< source of each layer
     /// R, G, B, A, Z, then AR, AG, AB if present, then the channels of extra_.
     std::vector<ExrInputChannel> channels_;
-    /// For another program's flat picture: the file's name for each of channels_; "" if missing.
+    /// For another program's flat picture: the name in the file of each of channels_. The name is
+    /// "" if the channel is missing.
     std::vector<std::string> stored_;
     std::size_t first_extra_ = 0;       ///< index in channels_ of the first channel of extra_
     std::vector<FragmentArray> extra_;  ///< extra arrays, without data

@@ -14,8 +14,8 @@
 namespace peeler {
 namespace {
 
-/// Writes one component of the fragments in `row` to `out`; `fill` where `row` has kNoFragment.
-/// Returns the end of the output.
+/// Writes one component of the fragments in `row` to `out`. Writes `fill` where `row` has
+/// kNoFragment. Returns the end of the output.
 template <class T>
 std::byte* gatherComponent(std::span<const T> values, const ExrChannel& channel, T fill,
                            std::span<const std::uint32_t> row, std::byte* out) {

@@ -27,7 +27,8 @@ std::size_t findExrFragments(const LayeredImage& image, std::uint32_t k, int x0,
 std::byte* gatherExrLayer(const LayeredImage& image, std::span<const ExrChannel> channels,
                           std::span<const std::uint32_t> row, std::byte* out);
 
-/// Like gatherExrLayer(), for `count` pixels of a composite from pixel `first` on.
+/// Writes channels like gatherExrLayer(), but of `count` pixels of a composite, from pixel `first`
+/// on.
 std::byte* gatherExrComposite(const CompositeImage& image, std::span<const ExrChannel> channels,
                               std::size_t first, std::size_t count, std::byte* out);
 
@@ -35,8 +36,8 @@ std::byte* gatherExrComposite(const CompositeImage& image, std::span<const ExrCh
 /// LayeredImage::extra.
 std::vector<ExrChannel> deepChannels(const FragmentArray& array, int source);
 
-/// Packs row y of `window`, which lies inside the image: for each fragment, the values of these
-/// channels, which are sorted by name.
+/// Packs row y of `window`, which lies inside the image: for each fragment, the values of
+/// `channels`, which must be sorted by name.
 void packDeepRow(const LayeredImage& image, std::span<const ExrChannel> channels,
                  const Window& window, int y, ExrChunkPacker& packer, ExrDeepChunk& chunk);
 

@@ -66,7 +66,7 @@ class ExrLdiWriter : public ExrPartsSink {
 
 /// A writer of single-part composites: R,G,B,A as `Plan::color_type`, Z (float, +inf where empty)
 /// and the other channels of the first fragment. dataWindow is the crop. The attributes are those
-/// of a layered file except `peeler:layer`. Compressed by ZIP.
+/// of a layered file except `peeler:layer`. The compression is ZIP.
 class ExrCompositeWriter : public ExrPartsSink {
   public:
     explicit ExrCompositeWriter(std::string path, OutputOptions options = {});

@@ -134,8 +134,8 @@ class ManifestReader {
     }
 
     /// Reads all texts, which are sorted. Every text but the first begins with the length of the
-    /// beginning that it shares with the previous text. The length takes one byte or, if the
-    /// previous text is longer than 255, two, the higher first.
+    /// prefix that it shares with the previous text. The length takes one byte. If the previous
+    /// text is longer than 255, the length takes two bytes, the higher byte first.
     void readTexts() {
         for (std::string_view text : list()) {
             std::string whole;
@@ -157,8 +157,8 @@ class ManifestReader {
         }
     }
 
-    /// Reads the order of the texts to which the entries refer by number. The order is stored as
-    /// runs of texts. If runs overlap, a text keeps its first number.
+    /// Reads the order of the texts; the entries refer to texts by their number in this order. The
+    /// order is stored as runs of texts. If runs overlap, a text keeps its first number.
     void readOrder() {
         hold(2 * texts_.size() * sizeof(std::size_t));
         // For each text, the next text that may lack a number.

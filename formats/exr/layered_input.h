@@ -32,8 +32,8 @@ class LayeredInput {
     /// for a Sink. Colours are half if they are half in every layer, else float. The extra channels
     /// are those of the first layer, sorted by name; channels with the same name up to the last dot
     /// (N.X, N.Y, N.Z) share an array. If a layer lacks a channel, its values are 0. Overwrites
-    /// `out`, reusing its storage. Throws Error (kInput) if a chunk is damaged, (kMemory) if there
-    /// are over 2^32 fragments.
+    /// `out`, reusing its storage. Throws Error (kInput) if a chunk is damaged, Error (kMemory) if
+    /// there are over 2^32 fragments.
     virtual void read(const Window& window, LayeredImage& out) = 0;
 
     /// Reads the part `composite` as stored. Throws Error (kInput) if it is missing.
@@ -65,8 +65,8 @@ bool isLoneComposite(const ExrInfo& info);
 /// each.
 bool holdsBundles(const ExrInfo& info);
 
-// These functions open OpenEXR files only. formats/layered/opened_picture.h documents them, and
-// also opens other files.
+// The functions below open OpenEXR files only. openLayered() and openComposite() have their
+// documentation, and also open other files (formats/layered/opened_picture.h).
 
 std::unique_ptr<LayeredInput> openLayeredExr(OpenedExr opened);
 std::unique_ptr<LayeredInput> openCompositeExr(OpenedExr opened);

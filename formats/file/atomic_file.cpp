@@ -111,7 +111,8 @@ AtomicFile::AtomicFile(std::string path) : path_(std::move(path)), destination_(
                     "name a file inside the folder");
     }
     if (fs::exists(status) && !fs::is_regular_file(status)) {
-        // Renaming a file to the name of a device or a pipe would replace it.
+        // If the path names a device or a pipe, renaming a file to that path would replace the
+        // device or pipe.
         throw Error(ErrorKind::kOutput, "cannot write: it is not a regular file", path_,
                     "name a regular file; the output is renamed into place");
     }
@@ -125,8 +126,8 @@ AtomicFile::AtomicFile(std::string path) : path_(std::move(path)), destination_(
     fs::create_directories(folder, unmade);
     if (unmade && !fs::is_directory(folder, error))
         fail("cannot make the folder: " + unmade.message(), unmade.value());
-    // Check the length of the final name now, which may be longer than the hidden name. Otherwise
-    // only the rename would fail.
+    // The final name may be longer than the hidden name. Check its length now; otherwise, only the
+    // rename would report it.
     const long most = pathconf(folder.c_str(), _PC_NAME_MAX);
     if (most > 0 &&
         fs::path(destination_).filename().string().size() > static_cast<std::size_t>(most))
@@ -212,9 +213,9 @@ void AtomicFile::syncAll(std::span<AtomicFile* const> files) {
         file->flush();
         if (!file->in_scratch_) sync_file_range(file->descriptor_, 0, 0, SYNC_FILE_RANGE_WRITE);
     }
-    // The cost of fsync() is mostly that of syncing the file system, for one changed file or many.
-    // So sync each file system once, then query each file for write errors. If either step fails,
-    // fsync() decides whether the file is on disk.
+    // fsync() spends most of its time on syncing the file system, whether one file has changed or
+    // many. So sync each file system once, then query each file for write errors. If either step
+    // fails, fsync() decides whether the file is on disk.
     constexpr unsigned kWritten =
         SYNC_FILE_RANGE_WAIT_BEFORE | SYNC_FILE_RANGE_WRITE | SYNC_FILE_RANGE_WAIT_AFTER;
     std::map<dev_t, bool> file_systems;  // whether syncfs() succeeded on each file system

@@ -27,8 +27,8 @@ namespace peeler {
 class AtomicFile {
   public:
     /// Creates the hidden file. Throws Error (kOutput) if the folder cannot be created or written
-    /// to, or if `path` is not a regular file; (kUsage) if `path` is empty, or if `path` means
-    /// standard output and standard output is a terminal.
+    /// to, or if `path` is not a regular file. Throws Error (kUsage) if `path` is empty, or if
+    /// `path` means standard output and standard output is a terminal.
     explicit AtomicFile(std::string path);
     ~AtomicFile();
     AtomicFile(const AtomicFile&) = delete;

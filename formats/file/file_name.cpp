@@ -26,8 +26,8 @@ struct Token {
     bool sign_takes_room = false;  ///< whether a minus sign counts as a digit, as in printf
 };
 
-/// Finds the first placeholder with this sign ('#' or '@') at or after `from`; for '#', also a
-/// placeholder in printf's form. Returns nothing if there is none.
+/// Finds the first placeholder with this sign ('#' or '@') at or after `from`. For '#', also finds
+/// a placeholder in printf's form. Returns nothing if there is no placeholder.
 std::optional<Token> findToken(const std::string& name, std::size_t from, char sign) {
     for (std::size_t i = from; i < name.size(); ++i) {
         if (name[i] == sign) {
@@ -105,7 +105,8 @@ constexpr Magic kMagics[] = {
     {"#?RGBE"sv, FileKind::kHdr},
 };
 
-/// Returns the text without a leading byte order mark and white space, which may precede JSON.
+/// Returns the text without a leading byte order mark and leading white space, which may precede
+/// JSON.
 std::string_view withoutBlanks(std::string_view text) {
     if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
     text.remove_prefix(std::min(text.find_first_not_of(" \t\r\n"), text.size()));

@@ -20,8 +20,8 @@
 namespace peeler {
 namespace {
 
-/// The spawn settings of a helper: it gets two open files, and the default action for every signal,
-/// with none blocked.
+/// The spawn settings of a helper: two open files, the default action for every signal, and no
+/// blocked signals.
 class SpawnSettings {
   public:
     SpawnSettings(int in, int out) {

@@ -13,8 +13,8 @@
 namespace peeler {
 
 /// An unnamed in-memory file of consecutive arrays, for exchange between two processes. Each
-/// process has its own position in it. Throws Error (kMemory) if there is no room, (kInput) if a
-/// read does not match the content.
+/// process has its own position in the file. Throws Error (kMemory) if there is no room, Error
+/// (kInput) if a read does not match the content.
 class SharedFile {
   public:
     /// Creates an empty file.
@@ -90,9 +90,9 @@ struct HelperRun {
 /// result. The helper has only the request and the result open, and only LD_LIBRARY_PATH in its
 /// environment; nothing of this process's memory or threads is copied. Rethrows an Error (kInput or
 /// kMemory) that the helper reports, with the same kind, message and hint. Throws Error (kInput)
-/// with an empty `where` if the helper crashes, exceeds its limits or returns anything else;
-/// (kInternal) if it cannot be started. Hostile data may control the helper, so the caller must
-/// check all values that it takes from the result. Thread-safe.
+/// with an empty `where` if the helper crashes, exceeds its limits or returns anything else. Throws
+/// Error (kInternal) if the helper cannot be started. Hostile data may control the helper, so the
+/// caller must check all values that it takes from the result. Thread-safe.
 SharedFile runHelper(const HelperRun& run, const SharedFile& request);
 
 }  // namespace peeler

@@ -9,15 +9,15 @@
 
 namespace peeler {
 
-/// Parses a JSON text, after an optional byte order mark. Throws Error (kInput) with `where` if it
-/// is not JSON. Also throws if it is nested more deeply than any program writes, because parsers
-/// and destructors recurse.
+/// Parses a JSON text, after an optional byte order mark. Throws Error (kInput) with `where` if the
+/// text is not JSON. Also throws if the text is nested more deeply than any program writes, because
+/// parsers and destructors recurse.
 nlohmann::json parseJson(std::string_view text, const std::string& where);
 /// Like parseJson(), keeping the order of object members.
 nlohmann::ordered_json parseOrderedJson(std::string_view text, const std::string& where);
 
-/// Like the two functions above, but returns null instead of throwing. For optional data that may
-/// be damaged.
+/// Parses like the two functions above, but returns null instead of throwing. Meant for optional
+/// data that may be damaged.
 nlohmann::json parseJsonOrNull(std::string_view text);
 nlohmann::ordered_json parseOrderedJsonOrNull(std::string_view text);
 

@@ -23,7 +23,8 @@ fs::path codeFolder() {
     Dl_info info{};
     void* extra = nullptr;
     if (dladdr1(reinterpret_cast<void*>(&codeFolder), &info, &extra, RTLD_DL_LINKMAP) != 0) {
-        // For the executable, dladdr1() gives the name by which it was called instead of its path.
+        // For the executable, dladdr1() gives the name by which the executable was called instead
+        // of its path.
         const char* const library = static_cast<const link_map*>(extra)->l_name;
         if (library && *library != '\0') return fs::canonical(library, failure).parent_path();
     }

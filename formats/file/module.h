@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Locator of installed modules: helper programs, and peeler's shared libraries. The libraries are
-// opened on first use, because loading their dependencies takes longer than most commands run.
+// opened on first use, because loading their dependencies takes longer than most commands take to
+// run.
 #pragma once
 
 #include <filesystem>

@@ -11,7 +11,8 @@
 namespace peeler {
 namespace {
 
-/// Bytes that may be allowed between checks of the resident memory. Each check takes time.
+/// The number of bytes that may be allowed without a check of the resident memory, because each
+/// check takes time.
 constexpr std::uint64_t kUnseen = 1U << 20U;
 
 }  // namespace

@@ -33,9 +33,9 @@ inline void openStandardStreams() {
     }
 }
 
-/// Moves a descriptor away from the numbers 0 to 2, which it may have if a host program closed its
-/// standard streams. Returns any other descriptor unchanged, and −1 if given −1 or if no other
-/// number is free (see errno).
+/// Moves a descriptor away from the numbers 0 to 2. A descriptor may have such a number if a host
+/// program closed its standard streams. Returns any other descriptor unchanged, and −1 if given −1
+/// or if no other number is free (see errno).
 inline int besideStandardStreams(int descriptor) {
     if (descriptor < 0 || descriptor > STDERR_FILENO) return descriptor;
     const int moved = fcntl(descriptor, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
@@ -50,14 +50,14 @@ inline int besideStandardStreams(int descriptor) {
 int openFile(const char* path, int flags, mode_t mode = 0);
 
 /// Whether a file or folder exists, through symbolic links. Throws Error of `kind` if that cannot
-/// be determined (missing permission, circular links, a broken disk); returning false would let the
-/// caller replace or skip an existing file.
+/// be determined (missing permission, circular links, a broken disk). Returning false in that case
+/// would let the caller replace or skip an existing file.
 bool fileExists(const std::filesystem::path& path, ErrorKind kind = ErrorKind::kInput);
 /// Whether a name is taken, even by a dangling link. Throws Error (kOutput) if that cannot be
 /// determined.
 bool isTaken(const std::filesystem::path& name);
-/// Whether a file or folder certainly exists: like fileExists(), but returns false instead of
-/// throwing. Used for files that are searched for in several folders, or only reported.
+/// Whether a file or folder certainly exists. Returns false where fileExists() throws. Meant for
+/// files that are searched for in several folders, or only reported.
 bool isSeen(const std::filesystem::path& path);
 /// Returns the names of all entries in a folder, unordered; empty if there is no such folder.
 /// Throws Error (kOutput) if it cannot be listed.
@@ -89,7 +89,7 @@ class RegularFile {
     bool isOpen() const { return descriptor_ >= 0; }
     /// Throws the Error of readRegularFile() if the file is not open.
     void check() const;
-    /// Returns the file descriptor; −1 if the file is not open.
+    /// Returns the file descriptor, or −1 if the file is not open.
     int descriptor() const { return descriptor_; }
     std::uint64_t size() const { return static_cast<std::uint64_t>(status_.st_size); }
 

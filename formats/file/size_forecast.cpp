@@ -12,8 +12,8 @@ namespace peeler {
 std::optional<DiskSpace> diskSpaceOf(const std::filesystem::path& file) {
     namespace fs = std::filesystem;
     std::error_code failure;
-    // An existing file keeps its disk space until its replacement is complete, so it counts as
-    // used. Links are followed, because the new file replaces their target.
+    // An existing file keeps its disk space until its replacement is complete, so the file's space
+    // counts as used. Links are followed, because the new file replaces their target.
     fs::path folder = fs::weakly_canonical(fs::absolute(file, failure), failure).parent_path();
     while (!folder.empty() && !fs::is_directory(folder, failure)) {
         if (folder == folder.parent_path()) return {};

@@ -92,7 +92,7 @@ struct TarMember {
     std::uint64_t size = 0;
 };
 
-/// Returns the member that a header of headerOf() describes; nothing for any other block.
+/// Returns the member that a header of headerOf() describes, or nothing for any other block.
 std::optional<TarMember> memberOf(const TarBlock& block) {
     const std::string_view field = fieldText(block, kTarName);
     const std::string_view name = field.substr(0, field.find('\0'));
@@ -157,7 +157,8 @@ struct TarShards::OldShard {
     std::uint64_t size = 0;               ///< total bytes of the shard's samples
     std::uint64_t left = 0;               ///< number of samples that have not been kept
     std::unique_ptr<RegularFile> file{};  ///< null while it is closed
-    /// Whether a new shard has taken its name. The old file then exists only while it is open.
+    /// Whether a new shard has taken this shard's name. The old file then exists only while it is
+    /// open.
     bool replaced = false;
 };
 

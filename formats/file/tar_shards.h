@@ -67,13 +67,13 @@ class TarShards {
     bool contains(const std::string& key) const;
     bool contains(const std::string& key, std::string_view hash) const;
 
-    /// Appends a sample from an earlier run; contains(key) must be true. Throws Error (kOutput),
-    /// and (kInput) if the sample's shard has changed since findExisting().
+    /// Appends a sample from an earlier run; contains(key) must be true. Throws Error (kOutput) if
+    /// writing fails, Error (kInput) if the sample's shard has changed since findExisting().
     Stored keep(const std::string& key);
     /// Appends a new sample. `about` has the hash of its inputs as "outputHash". Throws Error
-    /// (kOutput), also for a name longer than 100 bytes or a file of 8 GiB or more; (kUsage) if the
-    /// shard is full and the pattern has no placeholder for the next number. After these errors,
-    /// the shards hold no part of the sample.
+    /// (kOutput), also for a name longer than 100 bytes or a file of 8 GiB or more. Throws Error
+    /// (kUsage) if the shard is full and the pattern has no placeholder for the next number. After
+    /// these errors, the shards hold no part of the sample.
     Stored add(const std::string& key, const nlohmann::ordered_json& about,
                std::span<const SampleFile> files);
 
@@ -81,7 +81,7 @@ class TarShards {
     /// publishes the shard only if it has at least as many samples as the shard that it would
     /// replace.
     void finish(bool all = true);
-    /// Returns the first shard of an earlier run with a number after the last new shard; "" if
+    /// Returns the first shard of an earlier run with a number after the last new shard, or "" if
     /// there is none.
     std::string surplus() const;
 
@@ -107,7 +107,7 @@ class TarShards {
     void append(const std::string& name, std::uint64_t size);
     RegularFile& opened(OldShard& shard);
     void close(OldShard& shard);
-    /// Returns the earlier shard with the current number; null if there is none.
+    /// Returns the earlier shard with the current number, or null if there is none.
     OldShard* oldShard() const;
     void checkUnbroken() const;
 
@@ -120,8 +120,8 @@ class TarShards {
     /// Shards whose files are open: a few, in order of last use.
     std::deque<OldShard*> open_;
 
-    // The current shard. It has no file as long as it consists of kept samples in the same order as
-    // at the beginning of the old shard.
+    // The current shard. The shard has no file as long as it consists of kept samples in the same
+    // order as at the beginning of the old shard.
     int number_ = 0;
     std::uint64_t count_ = 0, size_ = 0;  ///< number of samples; bytes of the samples with headers
     std::unique_ptr<AtomicFile> file_;

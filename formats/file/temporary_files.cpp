@@ -54,9 +54,9 @@ const std::string& hostName() {
     return name;
 }
 
-/// Whether a hidden file or folder is a leftover: its process has ended, which released its lock.
-/// Locks of other machines may be invisible here, so files of other machines must also be at least
-/// a day old.
+/// Whether a hidden file or folder is a leftover. The process of a leftover has ended, which
+/// released the lock. Locks of other machines may be invisible here, so files of other machines
+/// must also be at least a day old.
 bool isLeftover(int descriptor, std::string_view name) {
     if (flock(descriptor, LOCK_EX | LOCK_NB) != 0) return false;
     if (name.find(std::string(kMark) + hostName() + '-') != std::string_view::npos) return true;
@@ -67,7 +67,7 @@ bool isLeftover(int descriptor, std::string_view name) {
 
 /// Removes the files in an open folder. Async-signal-safe, unlike opendir().
 void emptyFolder(int folder) noexcept {
-    // Filled by getdents64(2), whose linux_dirent64 has the layout of glibc's dirent64.
+    // A buffer for getdents64(2), whose linux_dirent64 has the layout of glibc's dirent64.
     alignas(dirent64) char entries[4096];
     for (long size = 0; (size = syscall(SYS_getdents64, folder, entries, sizeof entries)) > 0;) {
         for (long at = 0; at < size;) {

@@ -29,8 +29,8 @@ inline std::string_view takeWord(std::string_view& text) {
     return word;
 }
 
-/// Removes the next line from the text. Returns it without its line end (LF or CR LF), which the
-/// last line may lack.
+/// Removes the next line from the text. Returns the line without its line end (LF or CR LF). The
+/// last line may lack a line end.
 inline std::string_view takeLine(std::string_view& text) {
     const std::size_t end = std::min(text.find('\n'), text.size());
     std::string_view line = text.substr(0, end);

@@ -65,8 +65,8 @@ class VertexValues {
                           [](const auto* one, const auto* other) { return *one == *other; });
     }
 
-    /// Assigns a version of the mesh to each node. Nodes without values keep the mesh itself. If
-    /// every node has values, the nodes with the first version of the values keep it.
+    /// Assigns a version of the mesh to each node. Nodes without values keep the original mesh. If
+    /// every node has values, the nodes with the first version keep the original mesh.
     void share(std::size_t mesh, const std::vector<std::size_t>& users) {
         struct Version {
             const Values* values;
@@ -157,7 +157,7 @@ void forEachPrimitive(ordered_json& gltf, const Body& body) {
             body(primitive);
 }
 
-/// Returns the JSON array of a primitive's variant materials (KHR_materials_variants); null if
+/// Returns the JSON array of a primitive's variant materials (KHR_materials_variants), or null if
 /// there is none.
 ordered_json* mappingsOf(ordered_json& primitive) {
     const auto extensions = primitive.find("extensions");

@@ -43,7 +43,7 @@ constexpr ImageMagic kImageMagic[] = {
     {0, "DDS ", "image/vnd-ms.dds"}, {4, "ftypavif", "image/avif"},
 };
 
-/// Returns the media type of an image; null for formats that glTF does not allow.
+/// Returns the media type of an image, or null for formats that glTF does not allow.
 const char* mimeTypeOf(std::span<const std::uint8_t> bytes) {
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     for (const ImageMagic& magic : kImageMagic)
@@ -116,7 +116,7 @@ std::uint64_t GlbWriter::append(std::span<const std::uint8_t> bytes) {
     return start;
 }
 
-/// Returns the bytes of a source buffer; nothing for a placeholder of decompressed data.
+/// Returns the bytes of a source buffer, or nothing for a placeholder of decompressed data.
 std::optional<std::span<const std::uint8_t>> GlbWriter::bufferBytes(
     const json& buffer, std::size_t index, std::optional<std::span<const std::uint8_t>> binary) {
     const std::string where = childPointer("/buffers", index);
@@ -196,7 +196,7 @@ void GlbWriter::takeImages() {
         std::size_t view;
         const char* mime_type;
     };
-    // Indexed by URI, so that an image file that is used several times is read once.
+    // The images are indexed by URI, so that a file that is used several times is read once.
     std::map<std::string, Place> known;
     for (std::size_t i = 0; i < images->size(); ++i) {
         ordered_json& image = (*images)[i];

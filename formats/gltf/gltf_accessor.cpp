@@ -152,8 +152,8 @@ AccessorReader::Elements AccessorReader::elements(int accessor) const {
                      std::to_string(accessor),
                  childPointer("/bufferViews", static_cast<std::size_t>(info.bufferView)) +
                      "/byteStride");
-    // §3.6.2.4. This cannot overflow, since counts and offsets are at most 2^53 and the stride at
-    // most 252.
+    // The accessor must fit into its buffer view (§3.6.2.4). The sum cannot overflow, since counts
+    // and offsets are at most 2^53 and the stride is at most 252.
     const std::uint64_t end = info.byteOffset + result.stride * (info.count - 1) + element_bytes;
     if (end > view.size())
         failGltf("the accessor ends at byte " + std::to_string(end) + " of its buffer view, " +

@@ -106,8 +106,8 @@ class AnimationReader {
         return primitives.empty() ? 0 : primitives.front().targets.size();
     }
 
-    /// Returns the index of the keyframes from a sampler. Reads them once per property, since
-    /// channels may share a sampler even for different properties.
+    /// Returns the index of the keyframes from a sampler. Channels may share a sampler even for
+    /// different properties, so the keyframes are read once per property.
     std::size_t keyframes(std::size_t sampler, AnimatedProperty property, std::size_t width) {
         const auto [entry, fresh] =
             read_.try_emplace({sampler, width, property}, result_.keyframes.size());

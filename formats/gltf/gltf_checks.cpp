@@ -147,7 +147,8 @@ void readRoots(json& roots, const std::string& where, const std::vector<int>& pa
     roots = std::move(once);
 }
 
-/// Detaches nodes that scenes list as roots from their parents, unless a scene shows the parent.
+/// Detaches each node that a scene lists as a root from its parent, unless a scene shows the
+/// parent.
 void cutRoots(json& nodes, const std::vector<int>& parents, const std::vector<Mark>& listed) {
     std::vector<Mark> shown = listed;
     for (std::size_t i = 0; i < parents.size(); ++i) {

@@ -33,7 +33,7 @@ GltfContainer splitGltfContainer(std::span<const std::uint8_t> bytes, const std:
 /// `path` as `where` if the JSON is damaged, is not an object, or is nested deeper than any
 /// exporter writes.
 nlohmann::json parseGltfJson(std::string_view text, const std::string& path);
-/// Like parseGltfJson(), but keeps the order of members in the text.
+/// Parses like parseGltfJson(), but keeps the order of members in the text.
 nlohmann::ordered_json parseOrderedGltfJson(std::string_view text, const std::string& path);
 
 }  // namespace peeler

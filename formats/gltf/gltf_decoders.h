@@ -29,8 +29,8 @@ struct DracoAttribute {
     int components = 1;
 };
 
-/// Limits of the decoded mesh. Larger meshes are rejected. If the data declares its size, they are
-/// rejected before anything is allocated.
+/// Limits of the decoded mesh. Larger meshes are rejected. If the data declares the mesh's size,
+/// larger meshes are rejected before anything is allocated.
 struct DracoLimits {
     std::uint64_t faces = 0, points = 0;
     int cpu_seconds = 10;
@@ -112,7 +112,7 @@ struct TextureLimits {
 struct DecodedTexture {
     Image image;
     bool in_gltf = true;  ///< whether the format is part of glTF 2.0 or an extension
-    /// The file's declaration of its values: sRGB (true) or linear (false).
+    /// Whether the file declares its values as sRGB (true) or linear (false).
     std::optional<bool> srgb{};
     /// Defects and unsupported features of the file, as clauses (see StoredImage::notes).
     std::vector<std::string> notes{};

@@ -103,8 +103,8 @@ std::uint64_t numberBytes(const json& value) {
     return bytes;
 }
 
-/// Returns the heap memory of tinygltf's model of this JSON, without strings. The factor 3/2: while
-/// a vector doubles its storage, the old storage is still allocated.
+/// Returns the heap memory of tinygltf's model of this JSON, without strings. The factor 3/2 covers
+/// a vector that is doubling its storage, because the old storage is still allocated.
 std::uint64_t modelBytes(const json& gltf) {
     constexpr std::pair<const char*, std::uint64_t> kElements[] = {
         {"nodes", sizeof(tinygltf::Node)},

@@ -30,8 +30,8 @@ struct GltfDocument {
     GltfDocument(const GltfDocument&) = delete;
     GltfDocument& operator=(const GltfDocument&) = delete;
 
-    /// Without buffers, images, animations, skins and node extensions, which the members below
-    /// hold.
+    /// tinygltf's model without buffers, images, animations, skins and node extensions, which the
+    /// members below hold.
     tinygltf::Model model;
     nlohmann::json animations, skins;  ///< the file's JSON arrays, which have been checked
     nlohmann::json node_extensions;    ///< JSON array: an object or null for each node

@@ -148,7 +148,8 @@ class DracoReader {
                                static_cast<std::uint64_t>(tinygltf::GetNumComponentsInType(
                                    static_cast<std::uint32_t>(info.type)));
             }
-            // Computed in double, because the product of counts up to 2^53 (schema) could overflow.
+            // The product is computed in double, because the product of counts up to 2^53 (schema)
+            // could overflow.
             const double needed =
                 12.0 * static_cast<double>(limits.faces) +
                 static_cast<double>(point_bytes) * static_cast<double>(limits.points);
@@ -192,9 +193,9 @@ class DracoReader {
         return std::max(left / at_once, kLeast);
     }
 
-    /// Decodes all jobs. Throws the problem of the first job without a fallback, in the order of
-    /// jobs. Skips later jobs, because each of thousands of hostile primitives could take its full
-    /// time limit.
+    /// Decodes all jobs. Throws the problem of the first job, in the order of jobs, that has no
+    /// fallback. Skips the jobs after it, because each of thousands of hostile primitives could
+    /// take its full time limit.
     void decodeAll(std::uint64_t decoded) {
         const AccessorReader accessors(document_);
         most_microseconds_ = mostTime();

@@ -119,7 +119,7 @@ bool hasDrive(std::string_view name) {
            (name[2] == '/' || name[2] == '\\');
 }
 
-/// Returns the path in a URI, percent-decoded; nothing for any scheme but file.
+/// Returns the path in a URI, percent-decoded, or nothing for any scheme but file.
 std::optional<std::string> pathOf(std::string_view uri) {
     if (startsWithIgnoringCase(uri, "file:")) {
         uri.remove_prefix(5);

@@ -17,7 +17,8 @@ namespace peeler {
 
 bool isDataUri(std::string_view uri);
 
-/// White space that base64 may contain, because MIME breaks its lines; browsers also skip it.
+/// White space that base64 may contain, because MIME breaks base64 into lines. Browsers also skip
+/// white space.
 inline constexpr const char* kBase64Space = " \t\r\n";
 
 /// Returns the bytes of a `data:` URI (RFC 2397), base64 or percent-encoded, of any media type.
@@ -48,8 +49,9 @@ class GltfFolder {
     std::vector<std::uint8_t> read(const std::string& uri, const std::string& where,
                                    ReadWarnings& warnings) const;
 
-    /// Like find(), for a plain file name as programs write it: quoted or not, with slashes or
-    /// backslashes. The name is relative to `from`, a subfolder; "" means the folder itself.
+    /// Returns the path like find(), but for a plain file name as programs write it: quoted or not,
+    /// with slashes or backslashes. The name is relative to `from`, a subfolder; "" means the
+    /// folder itself.
     std::optional<std::filesystem::path> findFile(const std::string& name,
                                                   const std::string& from = {}) const;
     /// Returns a file's name relative to the folder.

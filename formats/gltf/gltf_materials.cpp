@@ -203,7 +203,8 @@ class MaterialReader {
 
     /// Decodes the images of used_images_ from index `first` on.
     void decodeFrom(std::size_t first) {
-        // Read files in order, since the hash depends on it. Decode, which is slow, in parallel.
+        // Files are read in order, because the hash depends on the order. Decoding is slow, so it
+        // runs in parallel.
         decoded_.resize(used_images_.size());
         std::vector<std::span<const std::uint8_t>> bytes(used_images_.size());
         for (std::size_t i = first; i < used_images_.size(); ++i) {

@@ -35,8 +35,8 @@ const AccessorFormat kNormal = {{3}, {{kFloat}, {kByte, true}, {kShort, true}}};
 const AccessorFormat kTangent = {{4}, {{kFloat}, {kByte, true}, {kShort, true}}};
 const AccessorFormat kTexcoord = {
     {2}, {{kFloat}, {kByte, true}, {kUnsignedByte, true}, {kShort, true}, {kUnsignedShort, true}}};
-/// Allowed if the file declares KHR_mesh_quantization: integers that are not normalised are used
-/// unchanged.
+/// Formats that are allowed if the file declares KHR_mesh_quantization. Integers that are not
+/// normalised are used unchanged.
 const AccessorFormat kQuantizedTexcoord = {{2}, kPosition.allowed};
 const AccessorFormat kColor = {{3, 4}, {{kFloat}, {kUnsignedByte, true}, {kUnsignedShort, true}}};
 const AccessorFormat kJoints = {{4}, {{kUnsignedByte}, {kUnsignedShort}}};
@@ -138,8 +138,8 @@ class PrimitiveReader {
                          " elements, but POSITION has " + std::to_string(vertex_count_),
                      use);
         components = accessors_.components(found->second);
-        // Budget the result, too: many primitives may refer to an accessor without data, which
-        // takes no bytes in the file.
+        // Check the budget for the result, too: many primitives may refer to an accessor without
+        // data, which takes no bytes in the file.
         least_bytes_ +=
             used_.count * static_cast<std::uint64_t>(components) * sizeof(std::uint16_t);
         budget_.check(least_bytes_,

@@ -14,11 +14,11 @@ namespace {
 
 using nlohmann::json;
 
-// Both extensions have the same JSON. If a view has both, which is not allowed, the first is used:
-// EXT, the older one, can always be decoded.
+// Both extensions have the same JSON. A view must not have both. If it does, the first one here is
+// used: EXT, the older extension, can always be decoded.
 constexpr const char* kExtensions[] = {"EXT_meshopt_compression", "KHR_meshopt_compression"};
 
-/// Returns the extension of `owner` with this name; null if missing.
+/// Returns the extension of `owner` with this name, or null if it is missing.
 const json* extensionOf(const json& owner, const char* name) {
     const auto extensions = owner.find("extensions");
     if (extensions == owner.end()) return nullptr;

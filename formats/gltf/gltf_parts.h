@@ -68,8 +68,8 @@ std::vector<int> variantMaterials(const tinygltf::Primitive& primitive, std::siz
 
 // Defined in gltf_meshopt.cpp: buffer views of EXT_meshopt_compression and KHR_meshopt_compression.
 
-/// Whether a buffer is marked as a placeholder for decompressed data. Such a buffer is loaded only
-/// if the compressed data is damaged, even if it has a URI.
+/// Whether a buffer is marked as a placeholder for decompressed data. Even if a placeholder has a
+/// URI, it is loaded only if the compressed data is damaged.
 bool isMeshoptFallback(const nlohmann::json& buffer);
 
 /// A buffer view that failed to decode; `error` points to its extension object.
@@ -133,8 +133,8 @@ std::vector<Mesh> readGltfMeshes(GltfDocument& document, const GltfOptions& opti
 
 /// Clamps colours to 0–1. Returns true if any component was outside by more than rounding.
 bool clampColors(std::vector<glm::vec4>& colors);
-/// Scales directions to unit length if the quantisation of small integers does not explain the
-/// deviation. Zero vectors stay. Returns true if any direction was not of unit length.
+/// Scales directions to unit length if their length deviates by more than the quantisation of small
+/// integers explains. Zero vectors stay. Returns true if any direction was not of unit length.
 bool scaleToUnit(std::vector<glm::vec3>& normals);
 bool scaleToUnit(std::vector<glm::vec4>& tangents);
 /// Sets the handedness of every tangent to 1 or −1. Returns true if any had another value.

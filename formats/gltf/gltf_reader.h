@@ -23,7 +23,7 @@ struct GltfExtension {
     bool supported;  ///< whether extensionsRequired may list the extension
     /// The purpose of a supported extension, or the effect of ignoring the extension.
     const char* note;
-    /// Whether it provides texture images in a format that cannot be decoded.
+    /// Whether the extension provides texture images in a format that cannot be decoded.
     bool undecoded_images = false;
 };
 

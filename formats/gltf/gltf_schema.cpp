@@ -43,7 +43,8 @@ class SchemaCheck {
   public:
     explicit SchemaCheck(json& root) : root_(root) {}
 
-    // The nesting of the table, not that of the file, limits the recursion.
+    // The recursion is as deep as the nesting of the table. The nesting of the file does not
+    // matter.
     void object(json& value, const std::string& pointer, std::string_view owner) {
         if (!value.is_object()) refuse(pointer, "must be an object", value);
         for (const SchemaRow* property : schemaRowsOf(owner)) {

@@ -30,8 +30,8 @@ struct TextureFormat {
     const char* name;   ///< name in OpenImageIO
     const char* codec;  ///< name in messages
     std::string_view begin, at_eight;
-    /// Removes unneeded metadata, because most vulnerabilities of decoders are in their metadata
-    /// parsers; null if nothing is removed.
+    /// Removes unneeded metadata, because most vulnerabilities of decoders are in their parsers of
+    /// metadata. The pointer is null if nothing is removed.
     ReducedImage (*reduce)(std::span<const std::uint8_t>);
     bool in_gltf = true;  ///< whether the format is part of glTF 2.0 or an extension
     /// Recognises a format that has no signature.

@@ -15,16 +15,17 @@
 
 namespace peeler {
 
-/// A reader of a stream of bits, least significant first. Beyond the end it reads zeros, so that
-/// not every bit needs a check. Callers check overrun() from time to time, and at the end.
+/// A reader of a stream of bits, least significant first. Beyond the end of the stream it reads
+/// zeros, so that not every bit needs a check. Callers check overrun() from time to time, and at
+/// the end.
 class BitReader {
   public:
     /// `offset` is the position of `bytes` in the file.
     BitReader(std::span<const std::uint8_t> bytes, std::uint64_t offset)
         : bytes_(bytes), offset_(offset) {}
 
-    /// Returns the next bits without consuming them. At least the lowest 32 are valid; the caller
-    /// masks off the others.
+    /// Returns the next bits without consuming them. At least the lowest 32 bits are valid. The
+    /// caller masks off the bits that it does not need.
     std::uint64_t peek() {
         if (count_ < kAtOnce) refill();
         return bits_;
@@ -100,7 +101,7 @@ class HuffmanTable {
         return entry.symbol;
     }
 
-    /// Returns one more than the largest symbol that occurs; 0 if no symbol occurs.
+    /// Returns one more than the largest symbol that occurs, or 0 if no symbol occurs.
     std::uint32_t symbols() const { return symbols_; }
 
   private:

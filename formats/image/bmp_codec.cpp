@@ -30,7 +30,7 @@ using BmpTexel = std::array<std::uint8_t, 4>;
 struct BmpMask {
     std::uint32_t bits = 0;
 
-    /// Returns the component of a pixel as 8 bits; 255 if the mask is empty.
+    /// Returns the component of a pixel as 8 bits, or 255 if the mask is empty.
     std::uint8_t of(std::uint32_t pixel) const {
         if (bits == 0) return 255;
         const int shift = std::countr_zero(bits);

@@ -127,7 +127,7 @@ std::array<float, 4> Display::shownOver(const std::array<float, 4>& color,
                                         const std::array<float, 3>& opacity,
                                         const std::array<float, 4>& background) const {
     std::array<float, 4> out = shown(color);
-    // Alpha above 1 (from weighted sums) subtracts from the background, according to the formula.
+    // With alpha above 1 (from weighted sums), the formula subtracts from the background.
     for (std::size_t c = 0; c < 3; ++c)
         out[c] = std::clamp(out[c] + (1 - opacity[c]) * background[c], 0.0F, 1.0F);
     out[3] = std::clamp(out[3] + (1 - out[3]) * background[3], 0.0F, 1.0F);

@@ -63,12 +63,14 @@ class Display {
     /// (premultiplied linear RGBA, 0–1) and is not tone-mapped. Alpha is at most 1.
     std::array<float, 4> shownOver(const std::array<float, 4>& color,
                                    const std::array<float, 4>& background) const;
-    /// Like shownOver() above, with coloured opacity: each channel of the background is attenuated
-    /// by the opacity of that channel, and its alpha by the mean opacity.
+    /// Returns the display colour like shownOver() above, but with coloured opacity: each channel
+    /// of the background is attenuated by the opacity of that channel, and its alpha by the mean
+    /// opacity.
     std::array<float, 4> shownOver(const std::array<float, 4>& color,
                                    const std::array<float, 3>& opacity,
                                    const std::array<float, 4>& background) const;
-    /// Like shownOver() above, for a pixel of a composite, with or without coloured opacity.
+    /// Returns the display colour like shownOver() above, but for a pixel of a composite, with or
+    /// without coloured opacity.
     std::array<float, 4> shownOver(const CompositeImage& composite, std::size_t pixel,
                                    const std::array<float, 4>& background) const {
         const std::array<float, 4>& color = composite.rgba[pixel];
@@ -139,10 +141,10 @@ class ExposureMeter {
     /// Adds the pixels of a scene-referred composite without a background.
     void add(const CompositeImage& picture);
 
-    /// Returns the exposure in stops, −20 to 20; 0 if there is no light.
+    /// Returns the exposure in stops, −20 to 20, or 0 if there is no light.
     float stops() const;
-    /// Returns stops() if the picture is unusable at 0 stops (98th percentile above 4 or below
-    /// 1/64), else 0. For pictures with unknown lighting.
+    /// Returns 0 if the picture is usable at 0 stops (98th percentile from 1/64 to 4), else
+    /// stops(). Meant for pictures with unknown lighting.
     float stopsIfNeeded() const;
 
   private:

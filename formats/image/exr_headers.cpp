@@ -74,8 +74,8 @@ bool ExrHeaders::nextAttribute(Attribute& attribute) {
 }
 
 // Whether a value has the size that its type requires. OpenEXR's classes read a value by its
-// content and ignore the declared size, so after a wrong size they would read names and sizes that
-// nothing has checked.
+// content and ignore the declared size. After a wrong size, they would read names and sizes that
+// have not been checked.
 bool ExrHeaders::fitsType(const Attribute& attribute) {
     for (const FixedType& type : kFixedTypes)
         if (type.name == attribute.type) return attribute.size == type.bytes;

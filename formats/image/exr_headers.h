@@ -30,9 +30,9 @@ class ExrHeaders {
     ExrHeaders(const RegularFile& file, std::string path);
 
     bool multiPart() const { return multi_part_; }
-    /// Moves to the header of the first or next part. Every file has at least one. Call it only at
-    /// the beginning, or after nextAttribute() has returned false. Returns false after the last
-    /// part.
+    /// Moves to the header of the first or next part. Every file has at least one part. Call this
+    /// function only at the beginning, or after nextAttribute() has returned false. Returns false
+    /// after the last part.
     bool nextPart();
     /// Reads the next attribute of the part. Returns false after the last one.
     bool nextAttribute(Attribute& attribute);

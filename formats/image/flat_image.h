@@ -18,8 +18,8 @@ struct FlatImageLimits {
 
 struct FlatImage {
     CompositeImage image;  ///< linear Rec. 709, premultiplied; z is infinite
-    /// The size of the display window in pixels, and whether the file places the image in it (as
-    /// EXR does). If not, the image's window has this size and starts at (0, 0).
+    /// The size of the display window in pixels, and whether the file places the image in the
+    /// display window (as EXR does). If not, the image's window has this size and starts at (0, 0).
     int width = 0, height = 0;
     bool placed = false;
     /// Features of the file that are not shown, as clauses like "it is animated; …".
@@ -34,8 +34,8 @@ struct FlatImage {
 /// Error (kMemory) if memory runs out.
 FlatImage readFlatImage(const std::string& path, const FlatImageLimits& limits = {});
 
-/// Returns the description stored in the file (Description in PNG, ImageDescription in Exif); "" if
-/// there is none. Throws like readFlatImage().
+/// Returns the description stored in the file (Description in PNG, ImageDescription in Exif), or ""
+/// if there is none. Throws like readFlatImage().
 std::string imageDescription(const std::string& path);
 
 }  // namespace peeler

@@ -19,7 +19,7 @@ std::uint32_t reversedCode(std::uint32_t code, unsigned length) {
     return out;
 }
 
-/// A symbol, in the code for code lengths, for a run of zeros or of the previous length.
+/// A symbol for a run of zeros or of the previous length, in the code for code lengths.
 struct LengthRun {
     std::uint32_t symbol;
     bool zeros;

@@ -25,17 +25,17 @@ namespace peeler {
 std::unique_ptr<ImageDecoder> pngDecoder(const std::string& path,
                                          std::span<const std::uint8_t> bytes);
 
-/// Returns an encoder for 1 to 4 channels. It uses all threads, but their number does not affect
-/// the output. If destroyed before close(), it leaves a partial file.
+/// Returns an encoder for 1 to 4 channels. The encoder uses all threads, but their number does not
+/// affect the output. An encoder that is destroyed before close() leaves a partial file.
 std::unique_ptr<ImageEncoder> pngEncoder();
 /// Returns the encoder's peak memory, in bytes, for a picture of `picture` bytes.
 std::uint64_t pngEncoderBytes(std::uint64_t picture);
 
-/// Returns a decoder of grey, colour and CMYK, which it converts to RGB. Only read() allocates
-/// pixel memory. Returns null for files that only the module of image_library.h can decode: files
-/// with unusual subsampling or damaged headers, and files without `bytes`, whose description may be
-/// in Exif. The module also decodes files with damaged pixels; they get a note when they are read.
-/// Throws std::bad_alloc.
+/// Returns a decoder of grey, colour and CMYK pictures. It converts CMYK to RGB. Only read()
+/// allocates pixel memory. Returns null for files that only the module of image_library.h can
+/// decode: files with unusual subsampling or damaged headers, and files without `bytes`, whose
+/// description may be in Exif. The module also decodes files with damaged pixels; they get a note
+/// when they are read. Throws std::bad_alloc.
 std::unique_ptr<ImageDecoder> jpegDecoder(const std::string& path,
                                           std::span<const std::uint8_t> bytes);
 
@@ -46,8 +46,8 @@ std::unique_ptr<ImageDecoder> ktx2Decoder(const std::string& path,
                                           std::span<const std::uint8_t> bytes);
 
 /// Return decoders of BMP (Microsoft, "Bitmap Storage") and TGA (Truevision, "TGA File Format
-/// Specification", version 2.0), always to RGBA with straight alpha. They require `bytes`. Only
-/// read() allocates pixel memory. Throw std::runtime_error.
+/// Specification", version 2.0), always to RGBA with straight alpha. Both decoders require `bytes`.
+/// Only read() allocates pixel memory. Throw std::runtime_error.
 std::unique_ptr<ImageDecoder> bmpDecoder(const std::string& path,
                                          std::span<const std::uint8_t> bytes);
 std::unique_ptr<ImageDecoder> tgaDecoder(const std::string& path,

@@ -90,8 +90,8 @@ std::uint64_t imageEncoderBytes(const std::string& format, std::uint64_t picture
 }
 
 std::uint64_t sharedEncoderBytes(const std::string& format, std::uint64_t picture) {
-    // Half of a built-in encoder's memory (rows and filtered data) belongs to that encoder alone;
-    // the other half is shared.
+    // Half of a built-in encoder's memory (rows and filtered data) belongs to that encoder alone.
+    // Encoders share the other half.
     const std::uint64_t all = imageEncoderBytes(format, picture);
     for (const BuiltIn& row : kBuiltIn)
         if (row.format == format && row.encoder) return all / 2;

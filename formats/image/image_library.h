@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Decoders and encoders of flat pictures. PNG, JPEG, KTX2, BMP and TGA are built in; OpenImageIO
-// handles all other formats. Since it links 240 libraries, it is in a module of its own
+// handles all other formats. OpenImageIO links 240 libraries, so it is in a module of its own
 // (formats/modules/image_library.cpp), which is loaded for the first picture in another format.
 #pragma once
 
@@ -96,9 +96,9 @@ class ImageLibrary {
 const ImageLibrary& imageLibrary();
 
 /// Limits the number of threads (at least 1, including the caller's) of OpenImageIO, and of OpenEXR
-/// as used by OpenImageIO, now or when the module is loaded. peeler's own EXR code uses
-/// parallelFor() instead, and OpenVDB gets its limit with each call. Call this before the first
-/// file is opened.
+/// as used by OpenImageIO. The limit applies now or when the module is loaded. peeler's own EXR
+/// code uses parallelFor() instead, and OpenVDB gets its limit with each call. Call this before the
+/// first file is opened.
 void setLibraryThreads(int threads);
 
 /// Limits the size of all pictures decoded after this call, by built-in decoders and the module.
@@ -112,8 +112,8 @@ std::unique_ptr<ImageDecoder> imageDecoder(const std::string& format, const std:
 std::unique_ptr<ImageEncoder> imageEncoder(const std::string& format);
 
 /// Returns the approximate growth of the resident memory, in bytes, while imageEncoder() of this
-/// format encodes a picture of `picture` bytes. It consists of the encoder's memory and, unless the
-/// encoder is built in or the module is loaded, the module's.
+/// format encodes a picture of `picture` bytes. The growth consists of the encoder's memory and,
+/// unless the encoder is built in or the module is loaded, the module's memory.
 std::uint64_t imageEncoderBytes(const std::string& format, std::uint64_t picture);
 /// Returns the part of imageEncoderBytes() that encoders share if they take turns: the memory of
 /// the module, and the buffers for the rows being encoded.

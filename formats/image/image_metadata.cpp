@@ -54,7 +54,7 @@ std::string_view textOf(std::span<const std::uint8_t> bytes) {
     return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-/// Returns the orientation in Exif data, which is a TIFF (CIPA DC-008, 4.6); 1 if missing.
+/// Returns the orientation in Exif data, which is a TIFF (CIPA DC-008, 4.6), or 1 if it is missing.
 int exifOrientation(std::span<const std::uint8_t> exif) {
     constexpr std::string_view kPrefix("Exif\0\0", 6);
     constexpr std::size_t kHeader = 8, kEntry = 12;

@@ -16,21 +16,22 @@ struct ReducedImage {
     std::vector<std::string> notes{};  ///< features that are not shown, as in StoredImage
 };
 
-/// Reduces a PNG (ISO/IEC 15948) to its critical chunks and tRNS. A texture's colour profile, gamma
-/// and texts are not used (glTF 2.0 §3.8.3). Most vulnerabilities of decoders are in the parsers of
-/// such metadata, and libpng complains about metadata on stderr. Throws Error (kInput) with an
-/// empty `where` if chunks are truncated or have wrong checksums.
+/// Reduces a PNG (ISO/IEC 15948) to its critical chunks and tRNS. glTF does not use a texture's
+/// colour profile, gamma and texts (glTF 2.0 §3.8.3). Most vulnerabilities of decoders are in the
+/// parsers of such metadata, and libpng complains about metadata on stderr. Throws Error (kInput)
+/// with an empty `where` if chunks are truncated or have wrong checksums.
 ReducedImage withoutPngMetadata(std::span<const std::uint8_t> bytes);
 
-/// Removes Exif, IPTC, profiles and comments from a JPEG (ITU-T T.81), for the same reasons.
-/// Adobe's APP14 stays, since it defines the colour encoding. If the pixel data is truncated, adds
-/// a note to `notes`, since libjpeg fills the missing pixels with grey. Throws Error (kInput) with
-/// an empty `where` if the file ends before the pixels or has damaged markers.
+/// Removes Exif, IPTC, profiles and comments from a JPEG (ITU-T T.81), for the reasons given at
+/// withoutPngMetadata(). Adobe's APP14 stays, since it defines the colour encoding. If the pixel
+/// data is truncated, adds a note to `notes`, since libjpeg fills the missing pixels with grey.
+/// Throws Error (kInput) with an empty `where` if the file ends before the pixels or has damaged
+/// markers.
 ReducedImage withoutJpegMetadata(std::span<const std::uint8_t> bytes);
 
-/// Removes Exif, XMP, profiles and unknown chunks from a WebP (RFC 9649), for the same reasons. For
-/// example, OpenImageIO before 3.1.14 reads beyond the end of Exif data shorter than six bytes.
-/// Throws Error (kInput) with an empty `where` if a chunk is truncated.
+/// Removes Exif, XMP, profiles and unknown chunks from a WebP (RFC 9649), for the reasons given at
+/// withoutPngMetadata(). For example, OpenImageIO before 3.1.14 reads beyond the end of Exif data
+/// shorter than six bytes. Throws Error (kInput) with an empty `where` if a chunk is truncated.
 ReducedImage withoutWebpMetadata(std::span<const std::uint8_t> bytes);
 
 }  // namespace peeler

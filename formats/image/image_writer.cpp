@@ -120,8 +120,8 @@ struct ImageWriter::Output {
     std::uint64_t writeRows(const CompositeImage& composite, const Display& display,
                             const std::array<float, 4>& background, PictureAlpha alpha);
 
-    /// Closes an unfinished picture. OpenImageIO's encoders complain on stderr about missing rows,
-    /// so they get black rows, which are not written to disk.
+    /// Closes an unfinished picture. OpenImageIO's encoders complain on stderr about missing rows.
+    /// So the encoder gets black rows, which are not written to disk.
     void abandon() noexcept;
 
     AtomicFile file;
@@ -302,9 +302,9 @@ void ImageWriter::begin(const Plan& plan) {
     image.bits = format_->bits;
     image.software = "peeler " + options_.provenance.version;
     image.description = outputHashText(options_.provenance.output_hash);
-    // Not for TIFF, where this would become an Exif directory. OpenImageIO 2.4.7 links such a
-    // directory wrongly when it writes through a proxy, which makes the file unreadable. TIFF is
-    // read as sRGB in any case.
+    // A TIFF gets no mark for sRGB, because OpenImageIO would store the mark in an Exif directory.
+    // OpenImageIO 2.4.7 links such a directory wrongly when it writes through a proxy, which makes
+    // the file unreadable. TIFF is read as sRGB in any case.
     image.srgb = format_->name != "tiff";
     output.checked([&] { output.encoder->open(image, output.target); });
     output.image = image;

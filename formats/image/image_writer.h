@@ -30,7 +30,7 @@ struct ImageFormat {
 };
 /// Returns the table of the formats that ImageWriter writes.
 std::span<const ImageFormat> imageFormats();
-/// Returns the row for a path's extension; null if the table has none.
+/// Returns the row for a path's extension, or null if the table has none.
 const ImageFormat* findImageFormat(const std::string& path);
 
 /// Returns the maximum file size for a number of pixels. Compression adds at most a thousandth. The
@@ -40,9 +40,9 @@ SizeForecast imageForecast(const std::string& path, std::uint64_t pixels);
 /// The meaning of alpha in a file.
 enum class PictureAlpha : std::uint8_t {
     kOpacity,  ///< alpha is the opacity over the background
-    /// Whether a pixel has any fragment: 255 if so, otherwise 0 and black. The picture is then over
-    /// black instead of the background. A pixel with a fragment is never fully black, since (0, 0,
-    /// 0) becomes (1, 1, 1). So alpha and colour give the same mask.
+    /// Alpha is 255 for a pixel with a fragment. Other pixels have alpha 0 and are black. The
+    /// picture is composited over black instead of the background. A pixel with a fragment is never
+    /// fully black, since (0, 0, 0) becomes (1, 1, 1). So alpha and colour give the same mask.
     kAnyFragment
 };
 

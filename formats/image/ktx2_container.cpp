@@ -96,7 +96,7 @@ class Ktx2Reader {
 
   private:
     /// Returns `size` bytes as a little-endian number. The caller must have checked that the file
-    /// has them.
+    /// has these bytes.
     std::uint64_t number(std::size_t at, std::size_t size = 4) const {
         std::uint64_t value = 0;
         for (std::size_t i = size; i-- > 0;)

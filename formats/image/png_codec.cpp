@@ -22,7 +22,7 @@ namespace peeler {
 namespace {
 
 /// Whether libspng, or its zlib, ran out of memory in the last call. libspng has several error
-/// codes for that, one of which also means damage.
+/// codes for lack of memory, one of which also means damage.
 thread_local bool ran_out = false;
 
 void* allocated(void* memory) {

@@ -113,8 +113,8 @@ std::span<const UastcPattern> patternsOf(std::size_t mode) {
     return kPatternsOfTwo;
 }
 
-/// The parameters of "Endpoint Unquantization" in ASTC: C; and B, which is the bits above the
-/// lowest one, times `factor`, shifted right by `shift`.
+/// The parameters C and B of "Endpoint Unquantization" in ASTC. B is the bits above the lowest one,
+/// times `factor`, shifted right by `shift`.
 struct DigitRow {
     unsigned digits, bits, c, factor, shift;
 };

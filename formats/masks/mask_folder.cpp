@@ -149,8 +149,8 @@ MaskFolder::Record MaskFolder::readRecord(const fs::path& file) {
         whole = false;
         return 0;
     };
-    // No view has more. Without these limits, a damaged record could make the search for files
-    // endless.
+    // These limits exceed the numbers of files of any view. Without them, a damaged record could
+    // make the search for files endless.
     record.masks = std::min<std::uint64_t>(number("masks"), 10'000'000);
     record.layers = std::min<std::uint64_t>(number("layers"), 100'000);
     record.bytes = number("bytes");
@@ -188,7 +188,7 @@ std::uint64_t MaskFolder::write(const MaskedView& view) const {
     const std::size_t pictures_before = std::max(whole.layers, killed.layers);
     const nlohmann::json most = {{"masks", std::max(masks, masks_before)},
                                  {"layers", std::max(pictures, pictures_before)}};
-    // Commit this file first: it tells the next run which files a killed run may have left.
+    // Commit this file first, because it tells the next run which files a killed run may have left.
     textFile(begun(view.number), dumpJson(most) + '\n')->commit();
     removeFile(record(view.number));
 

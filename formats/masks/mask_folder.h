@@ -23,7 +23,7 @@ struct MaskFormats {
 /// An object of a list. Its id is its index plus 1.
 struct MaskedObject {
     std::string name;
-    /// Indices in the scene's file; only the indices that identify the object are set.
+    /// Indices in the scene's file. Only the indices that identify the object are set.
     std::optional<int> node{}, instance{}, material{};
 };
 
@@ -67,8 +67,8 @@ class MaskFolder {
     /// Returns the paths of the files that all views share.
     std::vector<std::filesystem::path> sharedFiles() const;
 
-    /// Returns the total size of a view's files, in bytes; nothing unless all of them exist and
-    /// were made with this hash.
+    /// Returns the total size of a view's files, in bytes, or nothing if a file is missing or was
+    /// made with another hash.
     std::optional<std::uint64_t> bytesOf(std::size_t view, const std::string& hash) const;
 
     /// Writes a view's files, replacing earlier ones. First removes the files shared by all views,

@@ -104,7 +104,7 @@ class MeshFile {
 /// Returns a two-sided material that is neither metallic nor glossy; `color` is linear.
 Material plainMaterial(const std::string& name, const glm::vec4& color);
 
-/// Returns a number as a 32-bit float; nothing if it is NaN, infinite, or beyond the range of
+/// Returns a number as a 32-bit float, or nothing if it is NaN, infinite, or beyond the range of
 /// floats.
 std::optional<float> coordinate(double value);
 
@@ -121,8 +121,8 @@ bool makeLinear(std::vector<glm::vec4>& colors, const ColorTypes& types);
 // Defined in corner_index.cpp.
 
 /// A numbering of distinct keys of three words in the order of their first appearance. The numbers
-/// depend on nothing else. A hash with a secret random key prevents files from being crafted to
-/// make it slow.
+/// depend on nothing else. The hash has a secret random key, so that no file can be crafted to make
+/// the numbering slow.
 class CornerIndex {
   public:
     using Key = std::array<std::uint32_t, 3>;
@@ -217,7 +217,7 @@ void addSmoothNormals(Primitive& primitive, double degrees,
 struct MeshMap {
     std::string file{};   ///< "" if there is no texture
     std::string where{};  ///< place of the reference, for messages
-    /// Folder to which `file` is relative; itself relative to the scene's folder.
+    /// Folder to which `file` is relative. The folder is relative to the scene's folder.
     std::string from{};
     glm::vec2 scale{1}, offset{0};
     bool clamp = false;

@@ -45,8 +45,8 @@ struct MapRow {
     MeshMap Mtl::*map;
 };
 
-/// An option that may precede a texture's name, and the maximum number of its numeric arguments; 0
-/// if its argument is a word.
+/// An option that may precede a texture's name, and the maximum number of its numeric arguments.
+/// The number is 0 if the option's argument is a word.
 struct MapOption {
     std::string_view word;
     std::size_t most;

@@ -161,8 +161,8 @@ class ObjReader {
         std::ranges::copy(colors, colors_.begin() + static_cast<std::ptrdiff_t>(first));
     }
 
-    /// Reads ZBrush's colours, MMRRGGBB in hexadecimal digits, where MM is a mask. They follow the
-    /// vertices to which they belong.
+    /// Reads ZBrush's colours, MMRRGGBB in hexadecimal digits, where MM is a mask. The colours
+    /// follow the vertices to which they belong.
     void readPaint(std::string_view line) {
         constexpr std::size_t kDigits = 8;
         for (line = trimmed(line); line.size() >= kDigits; line.remove_prefix(kDigits)) {

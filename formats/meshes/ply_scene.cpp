@@ -624,7 +624,7 @@ class PlyReader {
     std::uint64_t triangles_made_ = 0;
     std::uint64_t odd_faces_ = 0, bare_faces_ = 0, odd_numbers_ = 0;
     PolygonCutter cutter_;
-    /// Set if the corners at a vertex may differ, or if the file has several textures.
+    /// Has a value if the corners at a vertex may differ, or if the file has several textures.
     std::optional<CornerIndex> split_;
     CornerIndex uv_numbers_;
     bool has_corner_uvs_ = false;

@@ -81,8 +81,8 @@ void PolygonCutter::spend(std::uint64_t steps) {
                     "split polygons with thousands of corners first");
 }
 
-/// Whether a corner is an ear: it is convex, and its triangle contains no other corner. Corners at
-/// the position of one of the triangle's corners do not count: there, the outline touches itself or
+/// Whether a corner is an ear: it is convex, and its triangle contains no other corner. Ignores
+/// corners at the position of one of the triangle's corners, where the outline touches itself or
 /// has a bridge to a hole.
 bool PolygonCutter::isEar(std::uint32_t corner) const {
     const std::uint32_t a = previous_[corner], c = next_[corner];

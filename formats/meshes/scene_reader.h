@@ -21,7 +21,8 @@ struct SceneFormat {
     /// Whether a file that has this size and begins with these bytes has this format.
     bool (*recognises)(std::string_view begin, std::uint64_t size);
     Scene (*read)(const std::filesystem::path& path, const SceneReadOptions& options);
-    /// Other files share the extensions, so only the content identifies a scene.
+    /// Whether files that are not scenes have the same extensions, so that only the content
+    /// identifies a scene.
     bool by_content = false;
 };
 
@@ -34,7 +35,7 @@ std::string sceneExtensions(bool by_name = false);
 /// Whether the name has an extension that only scenes have.
 bool isSceneName(const std::filesystem::path& path);
 
-/// Returns the format of a file's content; null if the content is not a scene. Throws Error
+/// Returns the format of a file's content, or null if the content is not a scene. Throws Error
 /// (kInput) if the file cannot be read.
 const SceneFormat* sceneFormatOf(const std::filesystem::path& path);
 
@@ -44,8 +45,8 @@ struct Assumed {
     Axis up = Axis::kY;  ///< the file's axis that becomes +Y of the scene
     double metres_per_unit = 1;
 };
-/// Returns the assumptions for a file; nothing if its format defines all these properties, as glTF
-/// does.
+/// Returns the assumptions for a file, or nothing if its format defines all these properties, as
+/// glTF does.
 std::optional<Assumed> assumedOf(const std::filesystem::path& path,
                                  const SceneReadOptions& options);
 

@@ -30,9 +30,10 @@ draco::DecoderBuffer bufferOf(std::span<const std::uint8_t> bytes) {
     return buffer;
 }
 
-// The maximum number of declared triangles per byte of data. Without it, a few bytes could make
-// peeler allocate endlessly, since entropy coding sets no limit. A flat regular grid of 8 million
-// triangles has 13 triangles per byte at the slowest setting, which gives the smallest files.
+// The maximum number of declared triangles per byte of data. Without this limit, a few bytes could
+// make peeler allocate endlessly, since entropy coding sets no limit. A flat regular grid of 8
+// million triangles has 13 triangles per byte at the slowest setting, which gives the smallest
+// files.
 constexpr std::uint64_t kMostFacesPerByte = 32;
 
 /// The sizes that the data declares at its start.

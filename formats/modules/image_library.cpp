@@ -36,8 +36,8 @@ StoredImage storedImage(const OIIO::ImageSpec& spec) {
     return image;
 }
 
-/// A FILE opened through RegularFile, because OpenImageIO would block on a pipe. The JPEG plugin
-/// can only read a FILE.
+/// A FILE opened through RegularFile, because OpenImageIO would block on a pipe. The FILE is needed
+/// because the JPEG plugin can read nothing else.
 struct FileStream {
     explicit FileStream(const std::string& path) {
         const RegularFile file(path);
@@ -206,8 +206,9 @@ class Encoder final : public ImageEncoder {
 
 class Library final : public ImageLibrary {
   public:
-    // No threads for TIFF: if a file is damaged, the threads that unpack its strips and tiles may
-    // use freed memory (CVE-2023-24472, before 2.4.8.1; CVE-2026-65970, before 3.1.16).
+    // TIFFs are decoded without threads. If a file is damaged, the threads that unpack its strips
+    // and tiles may use freed memory (CVE-2023-24472, before 2.4.8.1; CVE-2026-65970, before
+    // 3.1.16).
     Library() { OIIO::attribute("tiff:multithread", 0); }
     std::unique_ptr<ImageDecoder> decoder(const std::string& format, const std::string& path,
                                           std::span<const std::uint8_t> bytes) const override {

@@ -25,7 +25,7 @@ namespace {
 #define PEELER_AUDIT_ARCHITECTURE AUDIT_ARCH_AARCH64
 #endif
 
-// No filter with sanitizers, since their error reports read /proc and more.
+// Builds with sanitizers get no filter, since the sanitizers' error reports read /proc and more.
 #if defined(PEELER_AUDIT_ARCHITECTURE) && !defined(PEELER_SHADOW_MEMORY)
 
 /// A system call that is allowed if the low 32 bits of an argument, masked, have this value.

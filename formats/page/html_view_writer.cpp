@@ -133,7 +133,7 @@ class Packer {
         plane_ = 0;
         put(fragment.pixel - last_.pixel, 4);
         // On a surface, the left corners equal the right corners of the previous fragment, and the
-        // slope changes little. So these differences are small.
+        // slope changes little. So the stored differences are small.
         const auto& corners = fragment.corners;
         const std::uint32_t rise = corners[kUpperRight] - std::uint32_t{corners[kUpperLeft]};
         put(corners[kUpperLeft] - std::uint32_t{last_.corners[kUpperRight]}, 2);
@@ -222,8 +222,8 @@ EncodedColor encodedColor(const TintedColor& color, const Display& display) {
     return bytes;
 }
 
-/// Returns the exposure in stops: the requested exposure, or the one that suits the layers'
-/// composite.
+/// Returns the exposure in stops. An automatic exposure is metered from the composite of the
+/// layers, unless the view is a part of a picture.
 float exposureOf(const OutputOptions& options, const LayeredImage& image, const View& view) {
     if (!options.automatic_exposure || isPart(view)) return options.exposure;
     CompositeImage composite;

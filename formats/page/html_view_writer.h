@@ -15,9 +15,9 @@ namespace peeler {
 /// A writer of a self-contained HTML file: the packed cells of all fragments
 /// (core/views/surface_cells.h), and a page that draws them with WebGL 2
 /// (formats/page/view_page.html). Colours are 8-bit sRGB, premultiplied and clipped per fragment,
-/// with exposure and tone map applied (Display). A background of zeros means the page's own. Each
-/// fragment has its depth and the depths of its cell's corners, in 16 bits, as log2 Z for a
-/// perspective camera. The page includes object and material ids if the fragments have them, with
+/// with exposure and tone map applied (Display). If the background is all zeros, the page uses its
+/// own. Each fragment has its depth and the depths of its cell's corners, in 16 bits, as log2 Z for
+/// a perspective camera. The page includes object and material ids if the fragments have them, with
 /// their names from `options`. Holds the picture until finish(), which takes about another 90 bytes
 /// per fragment.
 class HtmlViewWriter : public Sink {

@@ -83,7 +83,8 @@ class HitArrays final : public RayOutput {
             splits.resize(std::min(kRaysAtOnce, rays - first));
             for (std::size_t i = 0; i < splits.size(); ++i)
                 splits[i] = static_cast<std::int64_t>(hits_ + band.offsets[first + i + 1]);
-            // ray_splits[0] is the beginning of the first ray's hits, hence 1 +.
+            // The offset has 1 + because ray_splits[0] is the beginning of the first ray's hits,
+            // and a ray's split here is the end of its hits.
             writer_->writeAt(kRaySplits, (1 + rays_ + first) * sizeof splits[0], asBytes(splits));
         });
     }

@@ -29,9 +29,9 @@ constexpr int kHitRowsInFlight = 32;
 
 /// A deep image with a scan-line part for each bundle, whose data window is the crop. Every hit of
 /// a ray is a point sample of its pixel, in list order. A sample has Z (camera Z) and the
-/// components of the extra arrays except the keys, including integers, but no colours. Compressed
-/// by ZIPS. The parts follow each other in the file. The same hits give the same bytes, whatever
-/// the sizes of the bands.
+/// components of the extra arrays except the keys, including integers, but no colours. The
+/// compression is ZIPS. The parts follow each other in the file. The same hits give the same bytes,
+/// whatever the sizes of the bands.
 class HitImage final : public RayOutput {
   public:
     HitImage(std::string path, const HitOptions& options)

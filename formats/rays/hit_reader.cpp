@@ -12,8 +12,8 @@
 namespace peeler {
 namespace {
 
-/// Enough hits per batch to write files in large pieces, but few enough for a batch and one of its
-/// columns to fit into the cache of one core.
+/// The number of hits per batch. Batches are large enough to write files in large pieces, but a
+/// batch and one of its columns fit into the cache of one core.
 constexpr std::size_t kHitsAtOnce = std::size_t{1} << 14;
 
 /// Returns a channel's vectors, one per fragment; empty if the band lacks the channel.
@@ -31,7 +31,7 @@ std::span<const Vector> vectorsOf(const LayeredImage& band, Channel channel) {
     return {};
 }
 
-/// Returns a material's index in the file; 0xFFFFFFFF for glTF's default material.
+/// Returns a material's index in the file, or 0xFFFFFFFF for glTF's default material.
 std::uint32_t materialIn(const Scene& scene, int material) {
     // A scene's last material is glTF's default material, which is not in the file.
     const auto index = static_cast<std::size_t>(material);

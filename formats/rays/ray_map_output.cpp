@@ -100,7 +100,7 @@ class RayMapFile : public RayMapOutput {
     std::vector<std::uint32_t> numbers_;  ///< values of the rows being written, as 32-bit words
 };
 
-/// Writer of maps as arrays: one for each map or material of each bundle, then those of
+/// Writer of maps as arrays: an array for each map or material of each bundle, then the arrays of
 /// bundleArrays().
 class RayMapArrays : public RayMapOutput {
   public:

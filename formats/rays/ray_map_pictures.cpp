@@ -142,7 +142,7 @@ class RayMapPictures : public RayMapOutput {
     }
 
     /// Enlarges the picture by the legend's height. If the legend is wider than the picture, the
-    /// picture gets its width.
+    /// picture gets the legend's width.
     void makeRoom(View& view) {
         size_ = colorBarSize(bar({}).title, view.crop.width());
         view.crop.x1 = view.crop.x0 + size_.width;

@@ -39,7 +39,7 @@ class VoxelOutput final : public RayOutput {
     }
     void finish() override;
     RayResults results() const override;
-    /// Includes the memory of OpenVDB's grid, which is hardly larger than the file.
+    /// This includes the memory of OpenVDB's grid, which is hardly larger than the file.
     SinkMemory memory(const Bundle&) const override {
         return {.bytes = VoxelVotes::bytesOf(lattice_) + (is_grid_ ? forecast({}, {}).bytes : 0)};
     }
@@ -67,9 +67,9 @@ std::vector<NamedArray> VoxelOutput::arrays() const {
             {"spacing", NumberType::kDouble, {}}};
 }
 
-/// Returns the size of the file; an upper bound for OpenVDB. OpenVDB's FloatGrid has leaves of 8³
-/// floats with two masks, and nodes of 16³ and 32³. Leaves and nodes exist only where there is
-/// content, and are compressed.
+/// Returns the size of the file, or an upper bound for an OpenVDB file. OpenVDB's FloatGrid has
+/// leaves of 8³ floats with two masks, and nodes of 16³ and 32³. Leaves and nodes exist only where
+/// there is content, and are compressed.
 SizeForecast VoxelOutput::forecast(std::span<const Bundle>, std::span<const std::uint64_t>) const {
     if (!is_grid_) return {ArrayWriter::fileBytes(path_, arrays())};
     constexpr std::uint64_t kFileBytes = 4096;

@@ -95,7 +95,7 @@ def _all_options():
     return {name for verb in description()["verbs"].values() for option in verb["options"] for name in option["names"]}
 
 
-# An option on its own, not a part of a path such as "out--size.exr".
+# An option on its own, but not a part of a path such as "out--size.exr".
 _OPTION = re.compile(r"(?<![\w./-])--[a-z][a-z-]*(?![\w/-]|\.\w)")
 
 

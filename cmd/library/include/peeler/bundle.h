@@ -49,8 +49,8 @@ struct Bundle {
     glm::dvec3 direction() const { return -glm::dvec3(view.camera_to_world[2]); }
     glm::dvec3 right() const { return glm::dvec3(view.camera_to_world[0]); }
     glm::dvec3 up() const { return glm::dvec3(view.camera_to_world[1]); }
-    /// Returns the camera's position, where t = 0: the eye, or for parallel rays the centre of the
-    /// plane where they start.
+    /// Returns the camera's position, where t = 0: the eye, or the centre of the plane where
+    /// parallel rays start.
     glm::dvec3 origin() const { return glm::dvec3(view.camera_to_world[3]); }
     /// Returns the width and height of the grid in scene units, at distance 1 for a pinhole bundle.
     glm::dvec2 size() const {

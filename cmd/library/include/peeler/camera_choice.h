@@ -29,9 +29,9 @@ struct Intrinsics {
     bool operator==(const Intrinsics&) const = default;
 };
 
-/// Returns the intrinsics of a view's crop. As CameraChoice::intrinsics they give the same view to
-/// the last bit, if any intrinsics do; if several do, these have the fewest digits. Otherwise (for
-/// a view made from a field of view), returns the nearest. Throws Error (kUsage) if the view is
+/// Returns the intrinsics of a view's crop. If CameraChoice::intrinsics can reproduce the view
+/// exactly, returns the values with the fewest digits that do. Otherwise, for example for a view
+/// made from a field of view, returns the nearest values. Throws Error (kUsage) if the view is
 /// orthographic.
 Intrinsics intrinsicsOf(const View& view);
 
@@ -50,8 +50,8 @@ struct CameraChoice {
     std::optional<double> fov{};           ///< vertical field of view, degrees
     std::optional<double> ortho_height{};  ///< height of an orthographic picture, scene units
     /// Replaces the field of view of any camera; `size` must have a height. The picture becomes a
-    /// crop of a larger one that is centred on the axis (View::width). View::sample holds the
-    /// offset that is a fraction of a pixel.
+    /// crop of a larger picture that is centred on the axis (View::width). View::sample holds the
+    /// part of the crop's offset that is less than a pixel.
     std::optional<Intrinsics> intrinsics{};
     std::optional<double> near{}, far{};  ///< distances to the near and far plane, scene units
     Size size{1280, 720};

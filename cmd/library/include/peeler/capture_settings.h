@@ -18,8 +18,9 @@ namespace peeler::inline v0 {
 
 /// The set of fragments to capture (core/README.md, "What a fragment is").
 enum class Surfaces : std::uint8_t {
-    kAll,         ///< all fragments, also those behind opaque surfaces
-    kVisible,     ///< up to and including the nearest opaque one: OPAQUE or MASK, not transmissive
+    kAll,  ///< all fragments, also those behind opaque surfaces
+    /// Up to and including the nearest opaque fragment (OPAQUE or MASK, not transmissive).
+    kVisible,
     kTransparent  ///< the fragments of kVisible without the opaque ones
 };
 
@@ -45,7 +46,7 @@ enum class HitMode : std::uint8_t {
 };
 
 /// Returns the number of colour components stored during a capture (shaders/packed_color.glsl).
-/// With coloured opacity, the eighth is padding.
+/// With coloured opacity, the eighth component is padding.
 inline constexpr std::size_t storedComponents(bool tinted) {
     return tinted ? 8 : 4;
 }
@@ -61,8 +62,8 @@ struct CaptureSettings {
     int shadow_size = 2048;    ///< texels per side of each light's shadow map
     bool opaque_only = false;  ///< whether to skip materials that are BLEND or transmissive
     /// Side, in pixels, of the square drawn around a point. A point whose centre is outside the
-    /// picture is not drawn. In pictures of several raster tiles (4096 x 4096 pixels), it is drawn
-    /// only in the tile that contains its centre.
+    /// picture is not drawn. If the picture consists of several raster tiles (4096 x 4096 pixels),
+    /// only the tile that contains the point's centre shows the square.
     int point_size = 1;
     ClipVolume clip{};  ///< clip volume; fragments outside its kept side are discarded
     PixelType color_type = PixelType::kHalf;  ///< kHalf or kFloat

@@ -16,7 +16,8 @@ namespace peeler::inline v0 {
 /// The treatment of fragments beyond the layer limit.
 enum class Tail : std::uint8_t {
     kDrop,
-    kBlend  ///< composites only: a weighted average of them is blended behind the kept layers
+    /// Composites only: blends a weighted average of these fragments behind the kept layers.
+    kBlend
 };
 
 /// A colour with coloured opacity: R, G, B, A, AR, AG, AB, premultiplied. Light from behind is

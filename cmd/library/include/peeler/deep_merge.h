@@ -14,8 +14,8 @@ enum class DeepMerge {
     kByZ     ///< merges samples that are near in Z
 };
 
-/// The merge mode and its tolerances: Z in scene units, alpha in 0–1. Both are measured from the
-/// nearest sample of a merged group, so no group spans more than `z_tolerance` in depth.
+/// The merge mode and its tolerances: Z in scene units, alpha in 0–1. The tolerances are measured
+/// from the nearest sample of a merged group, so no group spans more than `z_tolerance` in depth.
 struct DeepMergeSettings {
     DeepMerge mode = DeepMerge::kOff;
     float z_tolerance = 0;      ///< used by kById and kByZ

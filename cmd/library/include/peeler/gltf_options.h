@@ -29,8 +29,8 @@ struct GltfOptions {
     std::uint64_t max_file_bytes = std::uint64_t{2} << 30;
     /// Limit for each image, decoded to RGBA.
     std::uint64_t max_image_bytes = std::uint64_t{1} << 30;
-    /// Maximum for all vertices and indices in memory. Many primitives of a small file may share
-    /// the same bytes, so the file sizes do not limit this total.
+    /// Maximum number of bytes of all vertices and indices in memory. Many primitives of a small
+    /// file may share the same bytes, so the file sizes do not limit this total.
     std::uint64_t max_geometry_bytes = std::uint64_t{16} << 30;
     int max_image_dimension = 16384;  ///< maximum width and height, pixels
     /// Data that would exceed the budget is refused (kMemory) before it is allocated.

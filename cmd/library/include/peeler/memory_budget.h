@@ -25,7 +25,7 @@ struct MemoryBudget {
     /// Returns the text for Error::where() when the budget is exceeded: "`memory` 512M", or the
     /// source.
     Text where() const;
-    /// Returns the hint for an Error that `needed` bytes would have avoided.
+    /// Returns the hint for an Error in a task that needs `needed` bytes, more than the budget.
     Text hint(std::uint64_t needed) const;
 
     std::uint64_t bytes;

@@ -15,8 +15,8 @@
 
 namespace peeler::inline v0 {
 
-/// The exposure applied to a display picture, and the number of pixels whose alpha was changed.
-/// Valid after finish().
+/// The exposure applied to a display picture, and the number of pixels whose alpha was changed. The
+/// values are valid after finish().
 struct DisplayOutcome {
     float exposure = 0;  ///< stops
     /// Number of pixels whose alpha was raised above their coverage.
@@ -25,7 +25,8 @@ struct DisplayOutcome {
 
 /// Options for fragment lists as dense planes: plane k holds the k-th fragment of every pixel.
 struct DenseSettings {
-    std::uint32_t layers = 0;  ///< planes, from the front; 0 = one per layer of the picture
+    /// Number of planes, from the front; 0 = one per layer of the picture
+    std::uint32_t layers = 0;
     /// Type of quantities that are not integers: kFloat or kHalf.
     PixelType type = PixelType::kFloat;
     /// The value of non-integer quantities where a pixel has no k-th fragment.

@@ -120,9 +120,9 @@ class Renderer {
     Plan capture(const Shown& shown, const View& view, const CaptureSettings& settings, Sink& sink,
                  const Progress& progress = {});
 
-    /// Returns all hits of a bundle of rays. Z is camera Z, which for parallel rays is the distance
-    /// from the plane where they start. The first extra array holds the keys of the hit primitives.
-    /// Base `settings` on raySettings().
+    /// Returns all hits of a bundle of rays. Z is camera Z. For parallel rays, camera Z is the
+    /// distance from the plane where the rays start. The first extra array holds the keys of the
+    /// hit primitives. Base `settings` on raySettings().
     LayeredImage rays(const Shown& shown, const Bundle& bundle, const CaptureSettings& settings,
                       RayEngine engine = RayEngine::kAuto, const Progress& progress = {});
 

@@ -211,8 +211,8 @@ struct Scene {
     std::string generator, copyright;
     std::vector<std::string> extensions_used, extensions_required;
     std::uint64_t content_hash = 0;  ///< hash of all bytes that were read
-    /// Files that the scene file refers to (buffers, images) and is allowed to read, whether or not
-    /// they were read.
+    /// Files that the scene file refers to (buffers, images) and that readers may read, whether or
+    /// not they were read.
     std::vector<std::filesystem::path> files;
     std::vector<Text> warnings;  ///< warnings in whole sentences, without duplicates
 };

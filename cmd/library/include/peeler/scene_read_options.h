@@ -20,7 +20,7 @@ struct SceneReadOptions : GltfOptions {
     std::optional<Axis> up;                 ///< the file's axis that becomes +Y; none = Y
     std::optional<double> metres_per_unit;  ///< scale from the file's unit to metres; none = 1
     /// For files without normals: shading is smooth across edges whose triangles meet at an angle
-    /// of at most this many degrees, 0 to 180; none: flat triangles.
+    /// of at most this many degrees, 0 to 180. Without a value, triangles are shaded flat.
     std::optional<double> smooth_normals;
 
     bool operator==(const SceneReadOptions&) const = default;

@@ -35,9 +35,10 @@ struct Plan {
     PixelType color_type = PixelType::kHalf;
     bool tinted = false;            ///< whether opacity is coloured (LayeredImage::tinted)
     std::size_t channel_bytes = 0;  ///< bytes per fragment besides colour and Z
-    /// The extra arrays of bands, without data. May also be empty because they are unknown.
+    /// The extra arrays of bands, without data. Empty if there are none or if they are unknown.
     std::vector<FragmentArray> channels{};
-    int samples = 1;  ///< sub-pixel samples per pixel; if several, the counts are after merging
+    /// Number of sub-pixel samples per pixel. If it exceeds 1, fragments are counted after merging.
+    int samples = 1;
 
     /// Whether all counted fragments are stored.
     bool complete() const { return fragments_counted == fragments_stored; }
@@ -71,8 +72,8 @@ struct Provenance {
     std::vector<StoredAttribute> carried{};
 };
 
-/// The memory that a sink needs besides its current band. The capture reserves it within its
-/// budget.
+/// The memory that a sink needs besides its current band. The capture reserves this memory within
+/// its budget.
 struct SinkMemory {
     int rows = 0;                      ///< rows of fragments kept from one band to the next
     std::uint64_t bytes = 0;           ///< fixed number of bytes, independent of the bands
@@ -89,13 +90,13 @@ class Sink {
     virtual ~Sink() = default;
     /// Called once, before the first band.
     virtual void begin(const Plan& plan) = 0;
-    /// Consumes a band, which the sink may keep or change. The caller reuses the storage that the
-    /// sink leaves in `band`, for example that of an earlier band.
+    /// Consumes a band, which the sink may keep or change. The sink may leave storage in `band`,
+    /// for example the storage of an earlier band; the caller reuses it.
     virtual void write(LayeredImage&& band) = 0;
     /// Called once, after the last band. When it returns, the output is complete.
     virtual void finish() = 0;
-    /// Returns the memory that the sink will need for a picture. Depends on the plan alone, so that
-    /// it can be called before begin(), which may create a file.
+    /// Returns the memory that the sink will need for a picture. The result depends on the plan
+    /// alone, so that memory() can be called before begin(), which may create a file.
     virtual SinkMemory memory(const Plan&) const { return {}; }
     /// Returns the time spent in each stage of the sink: "composite", "encode", "write".
     virtual StageTimes times() const { return {}; }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Text of errors and warnings with marked parameter names, which the command line and Python
-// replace by their own.
+// replace by their own names.
 #pragma once
 
 #include <cstddef>
@@ -83,9 +83,9 @@ enum class Parameter : std::uint8_t {
 std::string_view nameOf(Parameter parameter);
 
 /// The text of a message: words with parameters between them. As a string, each parameter is its
-/// C++ name in backquotes: "choose a smaller `size`". spelled() replaces these names by other ones
-/// (options, Python arguments), but not words that merely look like a parameter, such as a file's
-/// name.
+/// C++ name in backquotes: "choose a smaller `size`". spelled() replaces these names by others
+/// (options, Python arguments). It does not replace words that merely look like a parameter, such
+/// as a file's name.
 class Text {
   public:
     Text() = default;
