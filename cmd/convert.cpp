@@ -44,10 +44,21 @@ void checkHoldsLayers(const ConvertOptions& options) {
                     "use --as ldi, deep or layers, or write a composite with peeler flatten");
     }
     if (options.cryptomatte &&
-        (!format.channels || !format.hasComposite() || options.output.options.no_composite)) {
+        (!format.takesCryptomatte() || options.output.options.no_composite)) {
         throw Error(ErrorKind::kUsage, "Cryptomatte needs a composite, which this output lacks",
                     "--cryptomatte", "leave it out, or write --as ldi with its composite");
     }
+}
+
+/// Warns if the output would lose the input's Cryptomatte.
+void warnOfCryptomatte(const ConvertOptions& options, const ExrInfo& info, const LayeredRun& run,
+                       Reporter& reporter) {
+    if (!info.has_cryptomatte || options.cryptomatte || keepsCryptomatte(info, run.output)) return;
+    const std::string what = "The output lacks the Cryptomatte of the input";
+    if (options.reading.strict)
+        throw Error(ErrorKind::kInput, what, options.input.string(),
+                    "add --cryptomatte, or leave --strict out");
+    reporter.warning(what + "; --cryptomatte keeps it.");
 }
 
 /// Counts the fragments of every layer, because the output's header contains the window of each
@@ -66,12 +77,14 @@ void countLayers(LayeredInput& input, LayeredRun& run) {
 void convert(const ConvertOptions& options, Reporter& reporter) {
     LayeredRun run(options, {options.input}, reporter);
     checkHoldsLayers(options);
+    run.output.options.cryptomatte = options.cryptomatte;
     run.checkFiles();
     const auto input = run.openInput(ObjectOptions());
     const ExrInfo& info = input->info();
     if (options.cryptomatte && info.provenance.ids.empty())
         throw Error(ErrorKind::kUsage, "the file does not name its ids", "--cryptomatte",
                     "render it with --channels id");
+    warnOfCryptomatte(options, info, run, reporter);
     countLayers(*input, run);
 
     const std::string path = run.output.path.string();
@@ -91,9 +104,9 @@ void convert(const ConvertOptions& options, Reporter& reporter) {
 constexpr const char* kConvertFooter =
     "Layered files (--as ldi, in any --layout) and deep images contain the same fragments, so\n"
     "conversion in both directions is lossless. Converting a file there and back with the\n"
-    "same options reproduces it byte for byte. A deep image has no composite, and so no\n"
-    "Cryptomatte. Deep images of other programs are read too; their samples are sorted by\n"
-    "depth first.";
+    "same options reproduces it byte for byte. A deep image has no composite, so its\n"
+    "Cryptomatte is a composite beside it, OUT.cryptomatte.exr. Deep images of other programs\n"
+    "are read too; their samples are sorted by depth first.";
 
 }  // namespace
 
@@ -106,8 +119,9 @@ VerbAction declareConvert(VerbOptions& verb) {
     addOutputFile(verb, options->output, true);
     addLayerOutputOptions(verb, options->output, true);
     verb.addFlag("--cryptomatte", options->cryptomatte,
-                 "write Cryptomatte 1.4 (objects and materials) into the composite part, from the "
-                 "ids of the input (default: on if the input has it)")
+                 "write Cryptomatte 1.4 (objects and materials) into the composite part or, for a deep "
+                 "image, into OUT.cryptomatte.exr, from the ids of the input (default: on if the "
+                 "input has it and the output has a composite)")
         .group("Output");
     addThreadsOption(verb, options->threads);
     addReportOptions(verb, options->report);

@@ -453,6 +453,7 @@ VerbAction declareRender(VerbOptions& verb) {
     addRenderOptions(verb, *options);
     return [options, verb](Session& session) {
         options->samples_given = verb.given("--samples");
+        options->output.options.cryptomatte = options->channels.cryptomatte;
         applyPreset(verb, *options);
         if (namesShards(options->output.path))
             options->shards = std::make_shared<SampleShards>(*options, session.reporter());

@@ -10,6 +10,7 @@
 #include "formats/arrays/array_writer.h"
 #include "formats/arrays/fragment_tables.h"
 #include "formats/arrays/picture_arrays.h"
+#include "formats/exr/exr_deep_with_cryptomatte.h"
 #include "formats/exr/exr_plane_writer.h"
 #include "formats/exr/exr_writers.h"
 #include "formats/file/file_name.h"
@@ -41,6 +42,10 @@ SizeForecast xrayForecast(const std::string& path, const Plan& plan, const Outpu
     return forecastXray(path, plan, options.provenance.output_hash);
 }
 
+std::vector<std::string> lariCompanions(const std::string& path, const OutputOptions&) {
+    return lariFiles(path);
+}
+
 SizeForecast lariForecast(const std::string& path, const Plan& plan, const OutputOptions&) {
     return forecastLariSample(path, plan);
 }
@@ -56,9 +61,10 @@ std::vector<OutputFormat> makeTable() {
         {.extensions = {".exr"},
          .kind = "deep",
          .summary = "deep image: OpenEXR deep scan lines, one sample per fragment",
-         .make = make<ExrDeepWriter>,
+         .make = makeDeepImage,
          .content = OutputContent::kSamples,
-         .channels = true},
+         .channels = true,
+         .beside = deepCompanions},
         {.extensions = {".exr"},
          .kind = "composite",
          .summary = "flat OpenEXR image: R,G,B,A and the first Z",
@@ -113,7 +119,7 @@ std::vector<OutputFormat> makeTable() {
                     .content = OutputContent::kLari,
                     .for_display = true,
                     .forecast = lariForecast,
-                    .beside = lariFiles});
+                    .beside = lariCompanions});
     rows.push_back({.extensions = arrays,
                     .kind = "xray",
                     .summary = "a sample for X-Ray: 16 layers as a sparse matrix for scipy",
@@ -182,7 +188,7 @@ std::vector<std::string> filesBeside(const std::string& path, const OutputOption
     for (const OutputFormat& row : table()) {
         if (row.beside && row.kind == options.as &&
             std::ranges::find(row.extensions, extension) != row.extensions.end())
-            return row.beside(path);
+            return row.beside(path, options);
     }
     return {};
 }

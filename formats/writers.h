@@ -52,13 +52,18 @@ struct OutputFormat {
     SizeForecast (*forecast)(const std::string& path, const Plan& plan,
                              const OutputOptions& options) = nullptr;
     /// Returns the files that are published together with the file at `path`, and before that file.
-    std::vector<std::string> (*beside)(const std::string& path) = nullptr;
+    std::vector<std::string> (*beside)(const std::string& path,
+                                       const OutputOptions& options) = nullptr;
 
     bool holds(OutputContent what) const { return content == what; }
     /// Whether every fragment can be read back from the file.
     bool holdsFragments() const { return isCompressed() || holds(OutputContent::kLists); }
     bool isCompressed() const {
         return holds(OutputContent::kLayers) || holds(OutputContent::kSamples);
+    }
+    /// Whether Cryptomatte has a place: the composite, or the file beside a deep image.
+    bool takesCryptomatte() const {
+        return channels && (hasComposite() || holds(OutputContent::kSamples));
     }
     bool hasComposite() const {
         return holds(OutputContent::kLayers) || holds(OutputContent::kComposite);

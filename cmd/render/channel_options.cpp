@@ -63,8 +63,8 @@ void addChannelOptions(VerbOptions& verb, ChannelOptions& options) {
         .someOf(channelChoices())
         .group(kGroup);
     verb.addFlag("--cryptomatte", options.cryptomatte,
-                 "write Cryptomatte 1.4 (objects and materials) to the composite part; implies "
-                 "--channels id")
+                 "write Cryptomatte 1.4 (objects and materials) to the composite part or, for a deep "
+                 "image, to OUT.cryptomatte.exr; implies --channels id")
         .group(kGroup);
     addFile(verb, "--manifest", "FILE", options.manifest, "write the names of the ids as JSON")
         .files(".json")
@@ -91,12 +91,10 @@ void checkChannelOptions(const ChannelOptions& options, const OutputRequest& out
                     "write layers or a composite as .exr, or arrays as .npz, or leave --channels "
                     "and --cryptomatte out");
     }
-    if (options.cryptomatte && (!format.hasComposite() || output.options.no_composite)) {
-        throw Error(
-            ErrorKind::kUsage, "Cryptomatte needs a composite", "--cryptomatte",
-            output.options.no_composite
-                ? "leave --no-composite out"
-                : "use --channels id, as deep samples carry ids themselves, or write --as ldi");
+    if (options.cryptomatte && (!format.takesCryptomatte() || output.options.no_composite)) {
+        throw Error(ErrorKind::kUsage, "Cryptomatte needs a composite", "--cryptomatte",
+                    output.options.no_composite ? "leave --no-composite out"
+                                                : "write --as ldi, deep or composite");
     }
     if (options.manifest && !options.cryptomatte && !options.wants(Channel::kId)) {
         throw Error(ErrorKind::kUsage, "there are no ids to name", "--manifest",

@@ -264,7 +264,6 @@ Provenance RenderRequest::provenanceOf(std::size_t index, const PictureRequest& 
 
 OutputOptions RenderRequest::writerOptions(const PictureRequest& picture) const {
     OutputOptions output = picture.output.from(picture.provenance);
-    output.cryptomatte = options_.channels.cryptomatte;
     output.automatic_exposure = meters_exposure_;
     return output;
 }

@@ -248,6 +248,38 @@ TEST_F(ChannelsCli, AStillSceneDoesNotMoveAndAMovingOneDoes) {
     EXPECT_EQ(read("c.0024.exr").extra[0].data, read("a.exr").extra[0].data);
 }
 
+TEST_F(ChannelsCli, CryptomatteOfADeepImageIsBesideIt) {
+    ASSERT_EQ(render("deep.exr", {"--as", "deep", "--cryptomatte"}).exit_code, 0);
+    ASSERT_EQ(render("flat.exr", {"--as", "composite", "--cryptomatte"}).exit_code, 0);
+    ASSERT_EQ(render("ldi.exr", {"--cryptomatte"}).exit_code, 0);
+    const auto same = [&](const std::string& a, const std::string& b) {
+        return runPeeler({"compare", folder_ / a, folder_ / b}).exit_code == 0;
+    };
+    const auto run = [&](std::vector<std::string> arguments) {
+        const Outcome result = runPeeler(arguments);
+        EXPECT_EQ(result.exit_code, 0) << result.err;
+        return result;
+    };
+    EXPECT_TRUE(same("deep.exr", "ldi.exr"));
+    EXPECT_TRUE(same("deep.cryptomatte.exr", "flat.exr"));
+    const std::string info = run({"info", folder_ / "deep.cryptomatte.exr", "--json"}).out;
+    EXPECT_NE(info.find("CryptoMaterial00.R"), std::string::npos);
+    // A conversion keeps the Cryptomatte, or says that it does not.
+    const std::string in = folder_ / "ldi.exr", out = folder_ / "converted.exr";
+    const Outcome lossy = run({"convert", in, "-o", out, "--as", "deep"});
+    EXPECT_NE(lossy.err.find("lacks the Cryptomatte of the input"), std::string::npos) << lossy.err;
+    EXPECT_EQ(runPeeler({"convert", in, "-o", out, "--as", "deep", "--strict"}).exit_code, 3);
+    run({"convert", in, "-o", out, "--as", "deep", "--cryptomatte"});
+    EXPECT_TRUE(same("converted.exr", "deep.exr"));
+    EXPECT_TRUE(same("converted.cryptomatte.exr", "flat.exr"));
+    // The second file counts, too.
+    const std::vector<std::string> again{"--as", "deep", "--cryptomatte", "--skip-existing"};
+    EXPECT_NE(render("deep.exr", again).err.find("already exists"), std::string::npos);
+    std::filesystem::remove(folder_ / "deep.cryptomatte.exr");
+    EXPECT_NE(render("deep.exr", again).err.find("is missing"), std::string::npos);
+    EXPECT_TRUE(std::filesystem::exists(folder_ / "deep.cryptomatte.exr"));
+}
+
 TEST_F(ChannelsCli, RefusesWhatCannotBe) {
     struct Case {
         std::string output;
