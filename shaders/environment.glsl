@@ -26,7 +26,7 @@ vec3 tabledAlbedo(float n_dot_v, float roughness) {
 layout(binding = PEELER_ENVIRONMENT_UNIT) uniform samplerCube environment;
 layout(binding = PEELER_IRRADIANCE_UNIT) uniform samplerCube environment_irradiance;
 
-/// Returns the radiance from `direction`, blurred by a lobe of this roughness.
+/// Returns the radiance from `direction`, averaged by a lobe of this roughness.
 vec3 environmentRadiance(vec3 direction, float roughness) {
     // The inverse of levelRoughness() in core/shading/environment_maps.h.
     float level = roughness * (1.4 - 0.4 * roughness) * float(textureQueryLevels(environment) - 1);

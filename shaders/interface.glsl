@@ -20,7 +20,8 @@ using glm::vec4;
 #define PEELER_TEXCOORD1 4
 #define PEELER_COLOR 5
 
-// Varyings. Locations are explicit, since drivers may assign different ones in separately compiled stages.
+// Varyings. Their locations are explicit, since drivers may assign different locations in
+// separately compiled stages.
 #define PEELER_FIRST_KEY 0
 #define PEELER_CLIP_DEPTH 1
 #define PEELER_SURFACE 2          // a block of five varyings

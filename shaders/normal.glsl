@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Normals at a fragment, in view space, on the viewer's side. A back face has the opposite of the front face's normal,
-// including normal maps (glTF 2.0 §3.9.6).
+// Normals at a fragment, in view space, on the viewer's side. The normal of a back face is the
+// opposite of the front face's normal, after normal mapping (glTF 2.0 §3.9.6).
 #include "surface.glsl"
 
 #if defined(CLEARCOAT) && defined(TEXTURED)

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The only vertex shader, since every pass must rasterise exactly the same positions.
+// The only vertex shader. All passes use it, since every pass must rasterise exactly the same
+// positions.
 #include "interface.glsl"
 
 layout(std140, binding = PEELER_DRAW_BLOCK) uniform DrawBlock { DrawRecord draw; };
@@ -21,7 +22,7 @@ invariant gl_Position;
 layout(location = PEELER_CLIP_DEPTH) noperspective out float clip_depth;
 #endif
 
-#ifdef VARYINGS  // defined in every pass that needs more than the surface's position
+#ifdef VARYINGS  // defined in every pass that needs surface attributes besides the position
 layout(location = PEELER_NORMAL) in vec3 normal;
 layout(location = PEELER_TANGENT) in vec4 tangent;
 layout(location = PEELER_TEXCOORD0) in vec2 texcoord0;

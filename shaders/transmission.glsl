@@ -52,7 +52,8 @@ float transmittedShare(Gradients g) {
     return material.transmission.x * TEXEL(transmission_texture, PEELER_TRANSMISSION_UNIT).r;
 }
 
-/// Returns the fraction of light from behind that passes, per channel. `share` is the transmitted fraction.
+/// Returns, for each channel, the fraction of light from behind that passes. `share` is the
+/// transmitted fraction before tinting.
 vec3 passingColors(vec3 base, float share, Gradients g) {
     if (material.transmission.z > 0.0) base *= attenuation(g);
     return clamp(share * (1.0 - metalness(g)) * clamp(base, 0.0, 1.0), 0.0, 1.0);

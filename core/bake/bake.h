@@ -14,8 +14,8 @@
 
 namespace peeler {
 
-/// Surface points in world space, each on the side of the surface that its unit normal points to.
-/// The values of a receiver with a normal of length 0 are 0.
+/// Surface points in world space. Each lies on the side of the surface to which its unit normal
+/// points. The values of a receiver with a normal of length 0 are 0.
 struct Receivers {
     std::vector<glm::dvec3> positions;
     std::vector<glm::vec3> normals;
@@ -37,12 +37,12 @@ std::size_t componentsOf(BakeQuantity quantity);
 
 struct BakeSettings {
     BakeQuantity quantity = BakeQuantity::kAmbientOcclusion;
-    /// Number of directions over the sphere. Opposite directions share a bundle.
+    /// Number of directions, distributed over the sphere. Opposite directions share a bundle.
     int directions = 256;
     int resolution = 512;  ///< rays along the longer side of a bundle, if the source uses bundles
     /// Maximum length of a visibility ray, in scene units.
     double max_distance = std::numeric_limits<double>::infinity();
-    int bounces = 1;  ///< reflections of light on its way to a receiver; irradiance only
+    int bounces = 1;  ///< number of reflections of light on its way to a receiver; irradiance only
 };
 
 /// A function that interpolates between receivers: returns the irradiance at a point of the

@@ -37,7 +37,7 @@ class RayLattice {
 
     struct Place {
         int x = 0, y = 0;     // pixel of the ray nearest to the receiver
-        glm::vec2 offset{0};  // from the nearest ray to the receiver, in ray spacings, y down
+        glm::vec2 offset{0};  // position relative to the nearest ray, in ray spacings, y down
         float t = 0;
     };
     Place placeOf(const glm::dvec3& position) const {

@@ -17,8 +17,7 @@
 namespace peeler {
 namespace {
 
-// The distance up to which hits are ignored as the receiver's own surface, as a fraction of the
-// scene's diagonal.
+// Hits nearer than this fraction of the scene's diagonal are ignored as the receiver's own surface.
 constexpr double kOwnSurfaceShare = 1e-4;
 // The maximum number of receivers per chunk. A chunk must fit a core's cache, but be large enough
 // to justify projecting the scene for it.
@@ -166,7 +165,7 @@ class LineGather {
     const GatherJob& job_;
     const LineTasks& tasks_;
     std::vector<std::uint32_t> order_;  // indices of the receivers, chunk by chunk
-    // sums of the groups in progress, each in the order of order_
+    // sums of the groups in progress; the sums of each group are in the order of order_
     std::vector<Sum> partial_;
     std::mutex mutex_;
     std::vector<std::unique_ptr<VisibilityRays>> idle_;

@@ -44,9 +44,9 @@ class VertexReceivers {
         return ranges_[first_range_[instance] + primitive];
     }
 
-    /// Returns a lookup that interpolates the values at the three corners of a triangle of the
-    /// primitive with the given key (`barycentric` weights the second and third corner). This
-    /// object must outlive the lookup.
+    /// Returns a lookup for the triangle primitive with the given key. It interpolates the values
+    /// at the three corners of a triangle; `barycentric` holds the weights of the second and third
+    /// corner. This object must outlive the lookup.
     SurfaceLookup lookup() const;
 
   private:

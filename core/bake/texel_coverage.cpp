@@ -91,7 +91,7 @@ std::array<double, 2> extentAt(const UvTriangle& t, double y) {
     return x;
 }
 
-/// Return the first and last texel whose centre lies between two coordinates.
+/// Return the first and the last texel with a centre between two coordinates.
 std::int32_t firstTexel(double from) {
     return static_cast<std::int32_t>(std::ceil(from - 0.5));
 }

@@ -24,8 +24,8 @@ namespace peeler {
 /// every processor. Each thread needs an object of its own.
 class VisibilityRays {
   public:
-    /// Hits nearer than `own_surface` (scene units) are ignored as hits of the receiver's own
-    /// surface. The occluders must outlive this object.
+    /// Hits nearer than `own_surface` (scene units) are ignored, because they belong to the
+    /// receiver's own surface. The occluders must outlive this object.
     VisibilityRays(const Occluders& occluders, float own_surface)
         : occluders_(occluders), own_surface_(own_surface) {}
 

@@ -26,9 +26,9 @@ std::string pluralOf(const std::string& noun);
 std::string choiceHint(std::string_view text, const std::string& plural,
                        std::span<const std::string_view> names);
 
-/// Returns the index of the item with the name `text`, or with the index `text` (from 0); nullopt
-/// if there is no such item. Each entry of `names` lists the names of one item. If `text` is both a
-/// name and an index, the name takes precedence.
+/// Returns the index of the item with the name `text`, or of the item with the number `text` (from
+/// 0); nullopt if there is no such item. Each entry of `names` lists the names of one item. If
+/// `text` is both a name and a number, the name takes precedence.
 std::optional<std::size_t> findNameOrIndex(std::string_view text,
                                            const std::vector<std::vector<std::string>>& names);
 

@@ -25,7 +25,8 @@
 namespace peeler {
 namespace {
 
-/// A scope in which all signals are blocked. A thread started in the scope inherits the blocking.
+/// A scope in which all signals are blocked on this thread. Threads that are started in the scope
+/// also have them blocked.
 class SignalsBlocked {
   public:
     SignalsBlocked() {
@@ -221,8 +222,8 @@ std::shared_ptr<Pool> poolOf(int threads) {
 }  // namespace
 
 int affinityCount() {
-    // Uses the affinity mask, not the number of processors, because render-farm schedulers pin
-    // processes.
+    // Counts the processors of the affinity mask instead of all processors, because render-farm
+    // schedulers pin processes.
     cpu_set_t set;
     CPU_ZERO(&set);
     const int count = sched_getaffinity(0, sizeof set, &set) == 0

@@ -23,9 +23,9 @@ inline constexpr char kMoreThreads[] =
 /// thread that holds a lock. Throws Error (kMemory) if a process limit allows no more threads.
 std::thread startWorker(std::function<void()> work);
 
-/// Returns the number of additional threads, at most `wanted`, that can be started. Starts and ends
-/// threads to find out, since limits (RLIMIT_NPROC, a cgroup's pids.max) also count threads of
-/// other processes.
+/// Returns the number of additional threads, at most `wanted`, that can be started. Finds out by
+/// starting and ending threads, since limits (RLIMIT_NPROC, a cgroup's pids.max) also count threads
+/// of other processes.
 int startableThreads(int wanted);
 
 /// Returns the number of processors that the process may run on, at least 1.

@@ -38,7 +38,8 @@ struct BandRequest {
     bool in_front = false;
 };
 
-/// The fragment lists of a captured band, in the GPU's buffers or on their way to the CPU.
+/// The fragment lists of a captured band. They are in the GPU's buffers, or are being copied to the
+/// CPU.
 struct BandLists {
     Window band;
     std::uint32_t layers = 0;          ///< as in BandRequest
@@ -94,8 +95,8 @@ class BandCapture {
     void submit(LayerMethod& method, const BandRequest& request, BandLists& lists);
     int take(BandLists& lists, LayeredImage& out);
 
-    /// Composites the layers that layers() would capture, without storing them. Returns and throws
-    /// like layers().
+    /// Composites the layers that layers() would capture, without storing the layers. Returns and
+    /// throws like layers().
     int composite(LayerMethod& method, const BandRequest& request, CompositeImage& out);
 
     /// Returns the window of the picture that can contain fragments, for any sample position.
@@ -126,8 +127,8 @@ class BandCapture {
     /// The memory of the sinks, and of the image that is passed to them, is not included.
     std::uint64_t fragmentBytes() const;
     std::uint64_t pixelBytes() const;
-    /// Return the bytes, per fragment and per pixel, of the copies of two bands in flight; 0 if
-    /// bands do not overlap.
+    /// Return the bytes, per fragment and per pixel, of the copies for two bands that are captured
+    /// at the same time; 0 if bands do not overlap.
     std::uint64_t copiedFragmentBytes() const { return overlaps() ? 2 * fragmentBytes() : 0; }
     std::uint64_t copiedPixelBytes() const {
         // List heads and list starts of both bands.

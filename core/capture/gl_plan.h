@@ -31,7 +31,7 @@ struct GlPlan final : CapturePlan::Details {
     bool opaque_first = false;            ///< whether to use compositeVisible()
     Window drawn{};  ///< if opaque_first, the window that can contain fragments
 
-    /// Number of clip-mesh surfaces in each row, the maximum over the views.
+    /// For each row: the number of clip-mesh surfaces, the maximum over the views.
     std::vector<std::uint64_t> clip_rows{};
     std::optional<DepthComplexity> counted{};  ///< depth complexity of all samples together
     std::optional<DepthComplexity> merged{};   ///< depth complexity after the samples are merged

@@ -27,8 +27,8 @@ class GlRenderer final : public HitSource {
     /// Sets the frame that motion is measured against in later captures.
     void setNextFrame(NextFrame next);
 
-    /// Counts the layers. If there are several samples per pixel, merges them to do so. Throws like
-    /// checkSettings() (gl_planner.h), and Error (kDevice) if the context is lost.
+    /// Counts the layers. If there are several samples per pixel, first merges the samples. Throws
+    /// like checkSettings() (gl_planner.h), and Error (kDevice) if the context is lost.
     CapturePlan plan(const View& view, const CaptureSettings& settings,
                      const Progress& progress = {}) override;
 

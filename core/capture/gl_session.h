@@ -32,7 +32,8 @@ class GlSession {
     /// returns the context's functions by name. If `function_of` is null, the session opens its own
     /// contexts. Throws like gl::AdoptedContext().
     explicit GlSession(void* (*function_of)(const char* name));
-    /// Leaks its GL objects if they are in a borrowed context that is not current on this thread.
+    /// Leaks the session's GL objects if they are in a borrowed context that is not current on this
+    /// thread.
     ~GlSession();
     GlSession(const GlSession&) = delete;
     GlSession& operator=(const GlSession&) = delete;

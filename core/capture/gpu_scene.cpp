@@ -67,7 +67,8 @@ Window screenBounds(const Box& box, const glm::dmat4& clip_from_model, int width
 
 namespace {
 
-// The values of a missing attribute, the same for every vertex (a binding of stride 0).
+// The values that replace a missing attribute. They are the same for every vertex (a binding of
+// stride 0).
 constexpr std::array<float, 8> kMissing = {0, 0, 0, 0, 1, 1, 1, 1};
 constexpr std::size_t kMissingZeros = 0, kMissingOnes = 16;
 

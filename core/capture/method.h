@@ -91,7 +91,7 @@ struct MethodInfo {
     std::string_view summary;  ///< description, one line
     /// Null if the method is an approximation that can only composite.
     std::unique_ptr<LayerMethod> (*layers)();
-    /// Null if the method has no compositing of its own; captured layers are composited instead.
+    /// Null if the method cannot composite by itself. Its captured layers are then composited.
     std::unique_ptr<CompositeMethod> (*composite)();
 
     bool exact() const { return layers != nullptr; }

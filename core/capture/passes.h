@@ -33,8 +33,8 @@ enum class Draws : std::uint8_t {
 
 /// The shader definition for passes that render to the list heads (ListHeadTarget).
 inline constexpr std::string_view kFetchedListHeads = "FETCHED_LIST_HEADS";
-/// The shader definitions for passes that render to the list heads and store list entries instead
-/// of primitives (shaders/a_buffer.frag).
+/// The shader definitions for passes that render to the list heads and store the index of the list
+/// entry instead of the primitive (shaders/a_buffer.frag).
 inline constexpr std::string_view kEntriesAsKeys = "FETCHED_LIST_HEADS ENTRIES_AS_KEYS";
 
 /// A geometry pass: a fragment shader and the draws that it runs on.

@@ -67,7 +67,7 @@ class SceneRasterizer {
     void freeBound();
 
   private:
-    /// Binds the uniform record of view, tile and band, and the sampler for the peeling textures.
+    /// Binds the uniform record of view, tile and band, and the sampler of the peeling textures.
     void bindFrame();
     /// Returns the projection to the clip space of the tile.
     glm::dmat4 clipFromView() const;

@@ -43,7 +43,7 @@ MemoryUse sinkUse(const Sink& sink, const Plan& plan, std::uint64_t fragment,
 
 /// Returns the limits of bands. `used` is the number of bytes of the budget that are in use
 /// (usedBytes()). Throws Error (kMemory) if the remaining bytes are too few for the smallest band.
-/// Does not check that every row fits; cutBands() does.
+/// Only cutBands() checks that every row fits.
 BandLimits bandLimits(const MemoryBudget& budget, std::uint64_t used, const BandCosts& costs);
 
 /// Whether half of the budget is enough for the used bytes and a full band. If so, freeing buffers

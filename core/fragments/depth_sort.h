@@ -46,7 +46,7 @@ void depthSort(const CapturedFragments& captured, const Projection& projection,
                std::uint32_t max_layers, LayeredImage& out,
                std::vector<std::uint32_t>* sources = nullptr);
 
-/// Composites the lists that depthSort() would write, without storing them. Bit-identical to
+/// Composites the lists that depthSort() would write, without storing the lists. Bit-identical to
 /// compositeNearest(). `color`, an empty array, gives the channels and type of the colours.
 /// `behind`, if given, is composited behind the lists. Overwrites `out`, whose window must be set.
 void depthSortComposite(const CapturedFragments& captured, const Projection& projection,

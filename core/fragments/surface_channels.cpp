@@ -25,7 +25,7 @@ class PixelProjection {
     explicit PixelProjection(const View& view)
         : rays_(view), camera_from_world_(glm::inverse(view.camera_to_world)) {}
 
-    /// Returns false if the point is not in front of a perspective camera.
+    /// Returns false if the camera is perspective and the point is not in front of it.
     bool project(const glm::dvec3& world, glm::dvec2& pixel) const {
         const glm::dvec3 point(camera_from_world_ * glm::dvec4(world, 1));
         if (rays_.perspective() && !(point.z < 0)) return false;

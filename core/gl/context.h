@@ -14,8 +14,8 @@ namespace peeler::gl {
 
 struct Functions;
 
-/// Driver limits. They affect how a picture is divided into bands, and which settings a user may
-/// request.
+/// Driver limits. They affect how a picture is divided into bands, and limit the settings that a
+/// user may request.
 struct Limits {
     std::int64_t shader_storage_block_size = 0;  ///< maximum size, in bytes
     int fragment_storage_blocks = 0;

@@ -247,8 +247,8 @@ Listed describe(EGLDeviceEXT handle, int index) {
     Listed listed;
     listed.handle = handle;
     Device& device = listed.device;
-    // Queries attributes only of devices with an extension string. Some drivers list devices that
-    // the process's cgroup forbids, and crash when asked for their attributes.
+    // Queries attributes only of devices with an extension string. Some drivers also list devices
+    // that the process's cgroup forbids, and crash if attributes of these devices are queried.
     const char* text = eglLibrary().query_device_string(handle, EGL_EXTENSIONS);
     if (!text) {
         device.name = "device " + std::to_string(index);

@@ -10,8 +10,8 @@
 
 namespace peeler::gl {
 
-// The list of functions, for the declarations and the loader: X(stem of the type PFNGL…PROC,
-// function name without "gl").
+// The list of functions, used for the declarations and by the loader: X(stem of the type
+// PFNGL…PROC, function name without "gl").
 #define PEELER_GL_FUNCTIONS(X)                                  \
     X(ACTIVETEXTURE, ActiveTexture)                             \
     X(ATTACHSHADER, AttachShader)                               \

@@ -88,7 +88,8 @@ void ReadBack::copy(const Functions& gl, const Buffer& from, std::size_t bytes) 
         *this = {};  // free the old buffer first, so that two are never held
         *this = ReadBack(gl, bytes);
     }
-    // The first bit is for this copy, the second for later passes that write to the copied buffer.
+    // The first barrier bit is for this copy. The second is for later passes that write to the
+    // copied buffer.
     gl.MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT | GL_SHADER_STORAGE_BARRIER_BIT);
     gl.CopyNamedBufferSubData(from.name(), name(), 0, 0, static_cast<GLsizeiptr>(bytes));
 }

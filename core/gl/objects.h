@@ -113,9 +113,9 @@ class Fence {
 class ReadBack : public Object<&Functions::DeleteBuffers> {
   public:
     ReadBack() = default;
-    /// Makes the GPU copy the first `bytes` of `from`, after a barrier that makes shaders' writes
-    /// visible. The copy can be read after waiting for a later Fence. Throws Error (kMemory) if the
-    /// driver runs out of memory.
+    /// Makes the GPU copy the first `bytes` of `from`. A barrier before the copy makes shaders'
+    /// writes visible. The copy can be read after waiting for a later Fence. Throws Error (kMemory)
+    /// if the driver runs out of memory.
     void copy(const Functions& gl, const Buffer& from, std::size_t bytes);
 
     template <class T>
@@ -146,8 +146,8 @@ Framebuffer makeFramebuffer(const Functions& gl, const std::vector<GLuint>& colo
 /// Returns a framebuffer without attachments, for passes that write only to storage buffers.
 Framebuffer makeEmptyFramebuffer(const Functions& gl, int width, int height);
 
-/// Waits until the GPU has finished all buffer writes, and makes them visible to mappings and later
-/// passes.
+/// Waits until the GPU has finished all writes to buffers, and makes the writes visible to mappings
+/// and later passes.
 void waitForGpu(const Functions& gl);
 
 /// Throws Error (kDevice) if the context was lost, (kMemory) on GL_OUT_OF_MEMORY, (kInternal) on

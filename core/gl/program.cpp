@@ -18,7 +18,8 @@ namespace peeler::gl {
 namespace {
 
 std::string rawText(const std::string& name) {
-    // For shader development without rebuilding: PEELER_SHADERS names a folder of shader files.
+    // For shader development without rebuilding: files in the folder PEELER_SHADERS replace
+    // embedded files.
     if (const char* folder = std::getenv("PEELER_SHADERS"); folder && *folder) {
         std::ifstream file(std::filesystem::path(folder) / name, std::ios::binary);
         if (file) return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};

@@ -26,7 +26,7 @@ class BoxFilter {
     const std::vector<Pixel>& pixels() const { return pixels_; }
 
   private:
-    /// The split of a source pixel between two adjacent pixels of the result.
+    /// A source pixel's split between two adjacent pixels of the result.
     struct Split {
         std::size_t first = 0;
         float in_first = 0, in_next = 0;

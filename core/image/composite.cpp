@@ -178,7 +178,7 @@ void compositeWith(const LayeredImage& image, const Color& background, Composite
     });
 }
 
-/// Composites the nearest `layers` (0 = all) in order, and the tail behind them.
+/// Composites the nearest `layers` (0 = all) in order, and puts the tail behind them.
 struct NearestLayers {
     std::size_t limit;
     Tail tail;

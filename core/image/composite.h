@@ -43,7 +43,7 @@ void compositeWeightedAverage(const LayeredImage& image, const std::array<float,
 void compositeWeightedSum(const LayeredImage& image, const std::array<float, 4>& background,
                           CompositeImage& out);
 
-/// Appends to `out` the extra channels of each pixel's first fragment; 0 in empty pixels.
+/// Appends to `out` the extra channels of the first fragment of each pixel. Empty pixels get 0.
 void appendNearestChannels(const LayeredImage& image, CompositeImage& out);
 
 /// Converts a composite to a layered image of one layer, in 32-bit float: each pixel with finite Z

@@ -11,8 +11,8 @@
 
 namespace peeler {
 
-/// Statistics of absolute differences. Equal infinities differ by 0, and so do two NaNs. A NaN and
-/// a number differ infinitely.
+/// Statistics of absolute differences. The difference of equal infinities is 0, and so is that of
+/// two NaNs. The difference of a NaN and a number is infinite.
 struct DifferenceStatistics {
     std::uint64_t values = 0;
     double largest = 0, sum = 0, sum_of_squares = 0;

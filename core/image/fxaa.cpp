@@ -329,7 +329,7 @@ void FxaaFilter::keep(int y0, int y1) {
     kept_.window.y1 = y1;
 }
 
-/// Filters the rows whose neighbours within kFxaaReach have all arrived, and passes them on.
+/// Filters rows and passes them on, as soon as all rows within kFxaaReach of them have arrived.
 void FxaaFilter::passOn() {
     const int kept = kept_.window.y1;
     const int end = kept == crop_.y1 ? kept : kept - kFxaaReach;

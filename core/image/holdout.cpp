@@ -110,7 +110,8 @@ void addColoredOpacity(LayeredImage& image) {
     image.color = std::move(tinted_image.color);
 }
 
-/// Multiplies a fragment's colour and opacity. Returns whether anything is left.
+/// Multiplies a fragment's colour and opacity by the weights and returns true. Returns false if all
+/// weights are 0.
 bool weigh(LayeredImage& image, std::size_t fragment, const PerChannel& weight) {
     if (weight == kNothingInFront) return true;
     if (weight == PerChannel{}) return false;

@@ -107,7 +107,8 @@ class ObjectMaskSink final : public Sink {
     /// The table must outlive this object.
     ObjectMaskSink(const ObjectTable& table, const ObjectMaskOptions& options);
 
-    /// Throws Error (kMemory) if `layers` is requested and the picture has 2^32 fragments or more.
+    /// Throws Error (kMemory) if ObjectMaskOptions::layers is set and the picture has 2^32
+    /// fragments or more.
     void begin(const Plan& plan) override;
     /// Throws Error (kInternal) if the band has no ids.
     void write(LayeredImage&& band) override;
@@ -115,7 +116,7 @@ class ObjectMaskSink final : public Sink {
     SinkMemory memory(const Plan& plan) const override;
     StageTimes times() const override { return times_; }
 
-    /// Returns the masks of each object, beginning with number 1. Valid only after finish().
+    /// Returns the masks of all objects, beginning with object number 1. Valid only after finish().
     const std::vector<ObjectMasks>& objects() const { return objects_; }
     const ObjectLayers& layers() const { return layers_; }
 

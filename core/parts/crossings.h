@@ -34,7 +34,7 @@ Meeting meetingOf(const std::array<glm::dvec3, 3>& a, const std::array<glm::dvec
 /// Self-contacts and self-intersections of a surface.
 struct Crossings {
     bool more = false;  ///< whether `pairs` is incomplete, because a step limit was reached
-    /// Pairs in ascending order; the smaller index of a pair comes first.
+    /// Pairs of triangles in ascending order. The smaller index of a pair comes first.
     std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
     /// For each triangle: 1 if another triangle crosses it, or touches it without sharing a corner.
     /// Incomplete if `more` is true.

@@ -173,7 +173,8 @@ void FreeArea::add(const std::array<glm::dvec3, 3>& other, bool before) {
     lines_.push_back(line);
 }
 
-/// Returns a point of the triangle far from all lines, with the winding number there.
+/// Returns a point of the triangle that is far from all lines, and the winding number at this
+/// point.
 FreeArea::Place FreeArea::firstPlace() const {
     constexpr std::array<glm::dvec2, 7> kShares{{{1 / 3.0, 1 / 3.0},
                                                  {0.47, 0.22},

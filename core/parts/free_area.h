@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The area of a triangle that no body in front covers.
+// The area of a triangle that is not covered by any body in front of it.
 #pragma once
 
 #include <array>

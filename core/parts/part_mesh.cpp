@@ -184,8 +184,8 @@ std::uint64_t groupsOf(const std::vector<PartEdge>& edges) {
     return groups;
 }
 
-/// A walk across shared edges. Finds the shells and, in each, the triangles that face against the
-/// majority.
+/// A walk over triangles across shared edges. Finds the shells and, in each shell, the triangles
+/// that face against the majority.
 class ShellWalk {
   public:
     ShellWalk(const PartMesh& mesh, PartTopology& topology,

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A step limit, with which heavily self-intersecting surfaces finish in seconds.
+// A step limit, which lets calculations end within seconds even for heavily self-intersecting
+// surfaces.
 #pragma once
 
 #include <atomic>

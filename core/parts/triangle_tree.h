@@ -28,8 +28,9 @@ Bounds boundsOf(const std::array<glm::dvec3, 3>& corners);
 struct LineHit {
     double t = 0;
     std::uint32_t triangle = 0;
-    bool leaves = false;   ///< whether the line passes from the triangle's back to its front
-    bool on_edge = false;  ///< whether the hit is exactly on an edge; the neighbour may be hit, too
+    bool leaves = false;  ///< whether the line passes from the triangle's back to its front
+    /// Whether the hit is exactly on an edge; the line may then also hit the neighbouring triangle.
+    bool on_edge = false;
 };
 
 /// A line, parametrised by t from its origin. The intersection test is watertight: a line that

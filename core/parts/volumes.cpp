@@ -139,8 +139,8 @@ std::optional<double> unionVolume(const TriangleTree& tree, const PartTopology& 
     std::vector<double> shares(patches.size() + touched.size());
     StepLimit limit(kUnionSteps + kUnionStepsPerTriangle * mesh.triangles.size());
     const bool done = parallelFor(shares.size(), limit, progress, [&](std::size_t i) {
-        // Adds the pyramid between the origin and a face: a third of the face's area times the
-        // distance of the face's plane.
+        // Adds the volume of the pyramid between the origin and a face: a third of the face's area
+        // times the distance of the face's plane from the origin.
         if (i >= patches.size()) {
             const std::uint32_t t = touched[i - patches.size()];
             const glm::dvec3 normal = unitOrZero(mesh.normal(t));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The thinnest wall of a part. Rays from every triangle give a bound; then every pair of faces that
-// could be closer is tested.
+// The thinnest wall of a part. Rays from every triangle give an upper bound. Then every pair of
+// faces that could be closer than the bound is tested.
 #include "core/parts/wall_thickness.h"
 
 #include <algorithm>

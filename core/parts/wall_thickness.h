@@ -21,8 +21,8 @@ struct Wall {
 };
 
 /// The largest angle, in degrees, by which two faces with a wall between them may deviate from
-/// opposite directions. Faces that share a corner form an edge instead of a wall, however thin the
-/// part becomes near the edge.
+/// opposite directions. Two faces that share a corner form an edge instead of a wall, although the
+/// part gets arbitrarily thin near the edge.
 inline constexpr double kWallAngle = 30;
 /// The relative tolerance of thinnestWall(). Any thinner wall is thinner than the returned one by
 /// at most this fraction.

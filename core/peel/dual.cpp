@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Dual depth peeling (Bavoil & Myers, "Order Independent Transparency with Dual Depth Peeling",
-// NVIDIA 2008). Peels from the front and the back at once, with the nearest and farthest depth in a
-// two-channel target with MAX blending.
+// NVIDIA 2008). Each pass peels from the front and from the back. A two-channel target with MAX
+// blending holds the nearest and the farthest depth.
 #include <array>
 #include <string_view>
 

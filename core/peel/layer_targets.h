@@ -70,7 +70,7 @@ class LayerTargets {
     /// Appends the layer of side `i` to the band's lists: one fragment for every pixel of `area`
     /// that has this layer.
     void store(SceneRasterizer& rasterizer, const Window& area, int i) const;
-    /// Runs blend_layer.frag on the layer of side `i`. `pass` must be complete except for its
+    /// Runs blend_layer.frag on the layer of side `i`. `pass` must have everything except its
     /// shader.
     void blend(SceneRasterizer& rasterizer, const Window& area, int i, FullScreenPass pass) const;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Plain "over" blending in draw order, as in a renderer without sorting, for comparison.
+// Plain "over" blending in draw order, as in a renderer that does not sort. Serves for comparison.
 #include "core/peel/composite_targets.h"
 
 namespace peeler {

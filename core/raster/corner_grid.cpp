@@ -16,8 +16,9 @@ constexpr int kHalfBits = 30;
 // pinhole to keep projected coordinates bounded.
 constexpr double kNearestShare = 1.0 / 1024;
 
-/// Rounds to the nearest integer, ties to even. The added constant moves the integer into the lower
-/// bits of the sum. Unlike a conversion, the addition needs no function call and can be vectorised.
+/// Rounds to the nearest integer, ties to even. Adds a constant with which the integer ends up in
+/// the lower bits of the sum. Unlike a conversion, the addition needs no function call and can be
+/// vectorised.
 std::int32_t rounded(double value) {
     constexpr double kShift = 6755399441055744.0;  // 1.5 · 2^52
     return static_cast<std::int32_t>(std::bit_cast<std::uint64_t>(value + kShift));

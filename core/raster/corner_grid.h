@@ -62,7 +62,7 @@ struct PlacedPolygon {
 };
 
 /// The transform from mesh space to grid coordinates and camera Z, in double precision. Equal
-/// corners always give equal results.
+/// positions always give equal results.
 class CornerPlacement {
   public:
     CornerPlacement(const View& view, const CornerGrid& grid, const glm::dmat4& world_from_model);

@@ -42,7 +42,8 @@ inline float hitZAt(const HitTriangle& triangle, bool perspective, int x, int y)
                        : hitZ<false>(planar, planar, triangle.nearest, triangle.farthest)[0];
 }
 
-/// Whether all hits of a triangle lie between the near plane (inclusive) and the far plane.
+/// Whether all hits of a triangle lie between the near plane (inclusive) and the far plane
+/// (exclusive).
 inline bool isWithin(const HitTriangle& triangle, const Projection& projection) {
     return double{triangle.nearest} >= projection.near &&
            double{triangle.farthest} < projection.far;

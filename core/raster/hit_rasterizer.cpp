@@ -27,7 +27,7 @@
 namespace peeler {
 namespace {
 
-// The maximum number of columns, since spans store columns in 16 bits.
+// The maximum number of columns: spans store columns in 16 bits.
 constexpr int kMostSide = 65536;
 constexpr int kRowsAtOnce = 8;     // maximum number of rows per task
 constexpr int kGroupsAThread = 4;  // groups of rows per thread and band, for load balancing
@@ -411,8 +411,8 @@ CaptureReport HitRasterizer::capture(const CapturePlan& planned, Sink& sink,
         const Window section = to_do.back();
         to_do.pop_back();
         {
-            // The packing of spans depends on thread timing. A section that just fitted while
-            // planning may exceed the limit now, and is then halved.
+            // The bytes that spans take depend on thread timing. A section that just fitted during
+            // planning may exceed the limit now. It is then halved.
             const StageTimer timer(s.times, "count");
             if (!s.findSpans(section, to_do)) continue;
         }

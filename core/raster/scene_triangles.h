@@ -55,7 +55,7 @@ class SceneTriangles {
     std::uint64_t bytes() const { return corners_.capacity() * sizeof(SnappedCorner); }
     std::uint64_t mostBytes() const { return most_corners_ * sizeof(SnappedCorner); }
 
-    /// Writes the spans of a section's rows to the store, which may take up to `limit` bytes. Stops
+    /// Writes the spans of a section's rows to the store, which may grow to `limit` bytes. Stops
     /// early if the spans do not fit (SpanStore::overflowed()). The section must not be wider than
     /// the crop. Blocks run in parallel; the result does not depend on their order.
     void findSpans(const HitView& seen, const Window& section, std::uint64_t limit,

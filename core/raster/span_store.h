@@ -64,7 +64,7 @@ class BlockPool {
 /// chunk is the address of the next chunk.
 class SpanWriter {
   public:
-    /// Discards all spans and starts with this number of rows. Must be called only after
+    /// Discards all spans and prepares for this number of rows. Must be called only after
     /// BlockPool::reuse().
     void begin(std::size_t rows);
 

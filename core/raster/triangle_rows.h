@@ -15,7 +15,7 @@
 
 namespace peeler {
 
-/// The rays of a section of a picture, numbered like the grid (CornerGrid::origin()).
+/// The rays of a section of a picture. They are numbered as in the grid (CornerGrid::origin()).
 struct RayWindow {
     int bits = 0;
     std::int32_t x0 = 0, y0 = 0, x1 = 0, y1 = 0;
@@ -89,7 +89,8 @@ inline std::int64_t doubledArea(const SnappedCorner& a, const SnappedCorner& b,
            (std::int64_t{c.x} - a.x) * (std::int64_t{b.y} - a.y);
 }
 
-/// The corners of a triangle from top to bottom; corners of equal height from left to right.
+/// The corners of a triangle, sorted from top to bottom. Corners of equal height are sorted from
+/// left to right.
 struct SortedTriangle {
     SortedTriangle(const SnappedCorner& a, const SnappedCorner& b, const SnappedCorner& c) {
         // Packs y, x and index into one integer, so that sorting needs no branches that could be

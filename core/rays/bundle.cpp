@@ -176,8 +176,8 @@ View placed(const Bundle& bundle, int width, int height) {
                     bundle.name, "write one file per bundle");
     }
     const glm::dvec2 half(view.projection.half_width, view.projection.half_height);
-    // If the sizes differ by an odd number, the centre of the new picture is half a pixel to the
-    // right of, or below, the old centre.
+    // If the old and the new size differ by an odd number, the centre of the new picture is half a
+    // pixel to the right of the old centre, or half a pixel below it.
     const glm::dvec2 shift = glm::dvec2(left_over) * half / glm::dvec2(size);
     view.camera_to_world[3] +=
         shift.x * view.camera_to_world[0] - shift.y * view.camera_to_world[1];

@@ -41,7 +41,7 @@ struct RayMapInfo {
     /// Writes the map's value for a ray; for kPathLength, one value per material.
     void (*evaluate)(const MappedRay& ray, float* out);
     bool solids = false;  ///< whether the map needs to know how solids are nested
-    /// Whether the value is a length; its sum over parallel rays gives a volume.
+    /// Whether the value is a length. The sum of lengths over parallel rays gives a volume.
     bool length = false;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Closed solids, the ray intervals inside solids, and a parity check of their hits.
+// Closed solids, the intervals of rays inside them, and a check of the parity of their hits.
 #pragma once
 
 #include <cstddef>

@@ -92,7 +92,7 @@ void ZeroedWords::Free::operator()(std::uint64_t* words) const {
 
 /// The bits of the cells along a ray.
 struct VoxelVotes::Line {
-    double start, step;  ///< cell coordinate at t = 0, and change of the coordinate per unit of t
+    double start, step;  ///< cell coordinate at t = 0, and its change per unit of t
     double cells;
     std::uint64_t* words;
     /// Number of words from one cell of the line to the next; 0 if the cells are consecutive bits
@@ -216,7 +216,7 @@ void VoxelVotes::addRay(std::span<const float> t, std::span<const std::uint32_t>
             line.cross(t[i], true);
         return;
     }
-    // Bits of a solid's state; 1 − (state & kInside) is 1 outside, −1 inside.
+    // Bits of a solid's state. 1 − (state & kInside) is 1 outside the solid and −1 inside.
     constexpr std::uint8_t kOdd = 1, kInside = 2;
     for (std::size_t i = 0; i < hits; ++i)
         if (solids[i] != Solids::kNone) states[solids[i]] ^= kOdd;

@@ -125,7 +125,8 @@ View viewOfLight(const CameraChoice& choice, const PosedScene& posed) {
     return view;
 }
 
-/// Returns a near distance that clips nothing visible to a camera at `distance` from the scene.
+/// Returns a near distance at which nothing is clipped that a camera at `distance` from the scene
+/// would show.
 double safeNear(const Bounds& bounds, double distance) {
     return 1e-4 * (distance > 0 ? std::min(sceneSize(bounds), distance) : sceneSize(bounds));
 }

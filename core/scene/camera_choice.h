@@ -18,8 +18,8 @@ inline constexpr std::uint64_t kMostPixels = std::uint64_t{1} << 30;
 /// Whether a camera name refers to a light.
 bool namesLight(const std::string& camera);
 
-/// Returns `size`. Computes a missing height from the aspect ratio (width / height). Throws Error
-/// (kUsage) if the picture would be too high or too large.
+/// Returns `size`. If the height is missing, computes it from the aspect ratio (width / height).
+/// Throws Error (kUsage) if the picture would be too high or too large.
 Size sizeWithAspect(Size size, double aspect);
 
 /// Throws Error (kUsage) if the picture is too large.

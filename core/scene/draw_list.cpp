@@ -100,7 +100,7 @@ void DrawList::addGroup(const Scene& scene, std::span<const MeshInstance> instan
         keys += elementsOf(p);
         most_vertices = std::max(most_vertices, verticesOf(p));
     }
-    // Cannot overflow, since more than 2^32 elements or instances would not fit into memory.
+    // This cannot overflow, since more than 2^32 elements or instances would not fit into memory.
     next_key_ += keys * instances.size();
     if (next_key_ > std::numeric_limits<std::uint32_t>::max() ||
         most_vertices > std::numeric_limits<int>::max()) {

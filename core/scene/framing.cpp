@@ -130,8 +130,8 @@ std::array<glm::dvec3, 8> corners(const Bounds& bounds) {
 
 namespace {
 
-/// Rotates `v` from a scene with up direction +Y to a scene with up direction `up`, by the shortest
-/// rotation (Rodrigues; if cos = −1, a half turn about X).
+/// Rotates `v` from a scene whose up direction is +Y to a scene whose up direction is `up`. Takes
+/// the shortest rotation (Rodrigues; if cos = −1, a half turn about X).
 glm::dvec3 turnedTo(const glm::dvec3& up, const glm::dvec3& v) {
     const glm::dvec3 axis = glm::cross(glm::dvec3(0, 1, 0), up);
     const double cosine = up.y;
@@ -182,7 +182,7 @@ namespace {
 /// scene surrounds the eye.
 double centringShift(const Reach& reach, const glm::dvec3& axis, const glm::dvec3& forward,
                      double slope, double distance, double known) {
-    // Each step multiplies the error by about the scene's size / distance.
+    // Each step multiplies the error by about the size of the scene divided by `distance`.
     constexpr int kSteps = 8;
     double shift = known;
     for (int step = 0; step < kSteps; ++step) {

@@ -88,8 +88,8 @@ double centreOf(int pixels, const OffCentre& side) {
     const double value = (side.whole / 2.0 - before) - 0.5;
     const auto fits = [&](double centre) { return offCentre(pixels, centre) == side; };
     if (const auto found = simplest(value, fits)) return *found;
-    // No position gives exactly this crop. Use the crop that offCentre() makes for `value`, and
-    // find a position for that crop.
+    // No position gives exactly this crop. Uses the crop that offCentre() makes for `value`, and
+    // finds a position for that crop.
     const auto smaller = offCentre(pixels, value);
     return !smaller || *smaller == side ? value : centreOf(pixels, *smaller);
 }

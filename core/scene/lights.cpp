@@ -11,8 +11,8 @@
 namespace peeler {
 namespace {
 
-/// Returns a light's placement as a rigid matrix. Accepts a node matrix without a roll and, for
-/// point lights, without a direction.
+/// Returns a light's placement as a rigid matrix. The node's matrix may lack a roll and, for point
+/// lights, a direction.
 glm::dmat4 place(const LightInstance& instance, LightType type) {
     const glm::dmat4& world = instance.world;
     const glm::dvec3 at(world[3]), forward = -glm::dvec3(world[2]);

@@ -168,7 +168,8 @@ void walk(const Scene& scene, const Pose& pose, const std::vector<int>& roots,
     }
 }
 
-/// Returns the world matrices of all nodes, since joints may be outside the displayed scene.
+/// Returns the world matrices of all nodes of the file, since joints may be outside the displayed
+/// scene.
 std::vector<glm::dmat4> worldsOf(const Scene& scene, const Pose& pose, const glm::dmat4& to_world) {
     std::vector<glm::dmat4> worlds(scene.nodes.size(), glm::dmat4(1));
     walk(scene, pose, rootsOf(scene.nodes), to_world,

@@ -58,10 +58,10 @@ struct PlacedNode {
 /// node or of its parent has no inverse.
 void placeNodes(const Scene& scene, int index, std::span<const PlacedNode> nodes, Pose& pose);
 
-/// The vertices of a primitive after morphing and skinning, which replace the primitive's own
-/// arrays. Each array has the length of the primitive's array. Texture coordinates and colours
-/// without morph targets are empty; the primitive's own arrays then apply. The same arrays are
-/// empty at all times.
+/// The vertices of a primitive after morphing and skinning. These arrays replace the primitive's
+/// own arrays, and have the same lengths. Texture coordinates and colours without morph targets are
+/// empty here; the primitive's own arrays then apply. Which arrays are empty does not depend on the
+/// time.
 struct DeformedVertices {
     std::vector<glm::vec3> positions, normals;
     std::vector<glm::vec4> tangents;
@@ -139,7 +139,7 @@ class PosedScene {
     const Primitive& primitive(const KeyOrigin& origin) const {
         return primitives(meshes()[origin.instance])[origin.primitive];
     }
-    /// Return a primitive's arrays as displayed; an array that the file lacks is empty. Positions,
+    /// Return a primitive's arrays as displayed. Arrays that the file lacks are empty. Positions,
     /// normals and tangents are in the space that the instance's `world` transforms to world space.
     const std::vector<glm::vec3>& positions(const MeshInstance& instance,
                                             std::size_t primitive) const;

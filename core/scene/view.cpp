@@ -27,8 +27,8 @@ std::optional<glm::dmat4> lookAlong(const glm::dvec3& eye, const glm::dvec3& for
     const glm::dvec3 side = glm::cross(*ahead, *upwards);
     if (glm::length(side) < kParallel) return std::nullopt;
     glm::dvec3 right = glm::normalize(side);
-    // If the directions are nearly parallel, rounding leaves the cross product slightly off the
-    // perpendicular.
+    // If the directions are nearly parallel, rounding leaves the cross product not quite
+    // perpendicular to them.
     constexpr double kSlanting = 1e-13;
     const double slant = glm::dot(right, *ahead);
     if (std::abs(slant) > kSlanting) right = glm::normalize(right - slant * *ahead);

@@ -19,7 +19,7 @@ struct CubeMap {
 /// Returns the unit direction (world space) from the centre of the cube to the centre of a texel.
 glm::vec3 cubeDirection(int face, int x, int y, int size);
 
-/// Returns the filter roughness of level i of n: from 0 to 1, in growing steps.
+/// Returns the filter roughness of level i of n. It grows from 0 to 1, in increasing steps.
 /// shaders/environment.glsl has the inverse, i = (n - 1) * roughness * (1.4 - 0.4 * roughness).
 double levelRoughness(int level, int levels);
 

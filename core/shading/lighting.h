@@ -74,8 +74,8 @@ class Lighting {
     /// Whether any light casts shadows.
     bool shadowed() const { return shadows_ && shadows_->texture; }
 
-    /// Uploads the records, including the shadow maps' transforms. The GPU must have finished using
-    /// the old records.
+    /// Uploads the records, including the shadow maps' transforms. The GPU must have finished all
+    /// work that uses the old records.
     void setView(const glm::dmat4& camera_to_world);
     /// Binds the records as PEELER_LIGHTS, the environment textures, and the shadow maps, if any.
     void bind() const;

@@ -13,7 +13,7 @@
 
 namespace peeler {
 
-/// The sides of a pixel, clockwise; the opposite side is two further on.
+/// The sides of a pixel, clockwise. Side (s + 2) % 4 is opposite to side s.
 enum Side : std::uint8_t { kLeft, kUp, kRight, kDown };
 inline constexpr std::size_t kSides = 4;
 
