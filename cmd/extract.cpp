@@ -36,8 +36,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The maximum size of a band, in bytes. Smaller than kBandBytes, because the writer of each layer
-/// also holds a band.
+/// The maximum size of a band, in bytes. It is smaller than kBandBytes, because the writer of each
+/// layer also holds a band.
 constexpr std::uint64_t kExtractBandBytes = std::uint64_t{64} << 20;
 
 /// An output other than the layers: its kind in the result, its file and its sink.
@@ -187,7 +187,7 @@ void Extract::selectLayers() {
 void Extract::addProducts() {
     const std::string scene =
         provenance_.scene.empty() ? "the scene" : printable(provenance_.scene);
-    // The last material name is that of glTF's default material, which hits report as no material.
+    // The last name belongs to glTF's default material. Hits report this material as no material.
     const auto default_material = static_cast<std::uint32_t>(provenance_.ids.materials.size());
     if (options_.counts) {
         auto map = std::make_unique<CountMap>(options_.counts->string(),

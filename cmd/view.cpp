@@ -127,7 +127,7 @@ void addViewCameraOptions(VerbOptions& verb, ViewCameraOptions& options) {
         "render only this part of the picture, in pixels from the upper left corner", "Picture");
 }
 
-/// Throws Error (kUsage) if the options contradict each other, regardless of the file.
+/// Throws Error (kUsage) if the options contradict each other. Does not need the file.
 void checkViewCameraOptions(const ViewCameraOptions& options) {
     if (options.fov && options.ortho_height)
         refuse("a camera has either a field of view or an orthographic height",

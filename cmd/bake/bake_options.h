@@ -59,7 +59,7 @@ struct BakeOptions {
 /// Declares all options in BakeOptions. `options` must outlive the parse.
 void addBakeOptions(VerbOptions& verb, BakeOptions& options);
 
-/// Throws Error (kUsage) if the options contradict each other, regardless of the scene.
+/// Throws Error (kUsage) if the options contradict each other. Does not need the scene.
 void checkBakeOptions(const BakeOptions& options, const AppearanceOptions& appearance);
 
 /// Returns the command-line name of a target: "vertices".

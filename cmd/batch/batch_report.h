@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Batch results, one line per job, written as soon as the job ends.
+// Batch results, one line per job. Each line is written as soon as the job ends.
 #pragma once
 
 #include <cstddef>

@@ -52,7 +52,7 @@ std::vector<std::string> withoutHelpVerb(std::vector<std::string> arguments) {
     return arguments;
 }
 
-/// Runs `work`. Gives usage errors without a hint the hint "see peeler VERB --help".
+/// Runs `work`. If a usage error has no hint, adds the hint "see peeler VERB --help".
 template <class Work>
 auto hintingAt(const ArgumentParser& parser, const Work& work) {
     try {

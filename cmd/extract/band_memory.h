@@ -32,7 +32,7 @@ using BandUseOf = std::function<BandUse(int rows)>;
 std::uint64_t bandMemory(const LayeredInput& input, int rows, const BandUseOf& use,
                          const DepthComplexity* counted = nullptr);
 
-/// Returns a band size in bytes, for LayeredInput::rowsFor(): `most`, halved until bandMemory() and
+/// Returns a band size in bytes, for LayeredInput::rowsFor(). Halves `most` until bandMemory() and
 /// the resident bytes fit into the budget. Throws Error (kMemory), with the bytes needed, if even
 /// the fewest rows do not fit.
 std::uint64_t bandBytesWithin(const MemoryBudget& budget, const LayeredInput& input,

@@ -58,8 +58,8 @@ fs::path below(const std::string& top, const std::string& path) {
 
 constexpr std::uint64_t kKibi = 1024, kMebi = kKibi * 1024;
 
-/// A limit of this many bytes or more means "no limit": without one, cgroup version 1 reports the
-/// largest multiple of the page size below 2^63.
+/// A limit of this many bytes or more means "no limit". If there is no limit, cgroup version 1
+/// reports the largest multiple of the page size below 2^63.
 constexpr std::uint64_t kNoLimit = std::uint64_t{1} << 62;
 
 /// Parses a positive integer. Returns nothing for "max", −1 and text that is not a number.

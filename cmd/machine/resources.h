@@ -11,8 +11,8 @@
 
 namespace peeler::cmd {
 
-/// The smallest accepted --memory, in bytes. With less, there would not even be room for the driver
-/// and the shader compiler.
+/// The smallest accepted --memory, in bytes. A smaller budget would have no room even for the
+/// driver and the shader compiler.
 inline constexpr std::uint64_t kLeastMemory = std::uint64_t{64} << 20;
 
 /// Returns the smallest of CPU affinity and processorLimits(), at least 1.

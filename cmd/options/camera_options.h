@@ -25,7 +25,7 @@ struct CameraOptions : CameraChoice {
 };
 
 /// Declares --camera, --eye, … --crop. If `reading` is not null, --up may also name an axis of the
-/// scene file, which is stored there. All arguments must outlive the parse.
+/// scene file, and the axis is stored in `reading`. All arguments must outlive the parse.
 void addCameraOptions(VerbOptions& verb, CameraOptions& options,
                       SceneReadOptions* reading = nullptr);
 

@@ -64,8 +64,8 @@ class CaptureJob {
     CaptureJob(const CaptureJob&) = delete;
     CaptureJob& operator=(const CaptureJob&) = delete;
 
-    /// Sets the number of threads. Throws Error (kUsage) if the options contradict each other,
-    /// regardless of the scene.
+    /// Sets the number of threads. Throws Error (kUsage) if the options contradict each other. Does
+    /// not need the scene.
     void checkOptions() const;
 
     /// Reads the scene. Throws like OpenedScene(). The returned scene lives as long as the job.

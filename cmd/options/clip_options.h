@@ -22,7 +22,7 @@ struct ClipOptions {
 /// Declares the options; `options` must outlive the parse.
 void addClipOptions(VerbOptions& verb, ClipOptions& options);
 
-/// Throws Error (kUsage) if the options contradict each other, regardless of the scene.
+/// Throws Error (kUsage) if the options contradict each other. Does not need the scene.
 void checkClipOptions(const ClipOptions& options);
 
 /// Returns the clip volume, including the named nodes and their descendants. Throws Error (kUsage)

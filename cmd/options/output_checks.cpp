@@ -57,8 +57,8 @@ void checkFilesBeside(const OutputRequest& output, const std::vector<fs::path>& 
     }
 }
 
-/// Throws Error (kUsage) if one of the per-layer files would replace an input. Throws Error
-/// (kOutput) if one exists already, under --no-clobber.
+/// Throws Error (kUsage) if one of the per-layer files would replace an input. Under --no-clobber,
+/// throws Error (kOutput) if one of the per-layer files exists.
 void checkLayerFiles(const OutputRequest& output, const std::vector<fs::path>& inputs) {
     if (!output.hasFilePerLayer()) return;
     if (isStandardOutput(output.path.string()))

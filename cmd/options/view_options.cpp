@@ -49,8 +49,8 @@ void refuseLoneCamera(const CameraOptions& camera, const std::string& views) {
                    "leave one of them out");
 }
 
-/// Throws Error (kUsage) if the view options contradict each other or the camera options,
-/// regardless of the scene.
+/// Throws Error (kUsage) if the view options contradict each other or the camera options. Does not
+/// need the scene.
 void checkViewOptions(const ViewListOptions& options, const CameraOptions& camera) {
     if (options.file && options.count)
         refuse("views come either from a file or from around the scene", "--cameras, --views",

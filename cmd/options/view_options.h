@@ -50,8 +50,8 @@ void addViewOptions(VerbOptions& verb, ViewListOptions& options);
 class ViewList {
   public:
     /// Checks the options and reads the file. `camera` holds the settings common to all views. All
-    /// arguments must outlive the list. Throws Error (kUsage) if the options contradict each other,
-    /// regardless of the scene. Throws like readCameras(). Reports warnings about the file or, if
+    /// arguments must outlive the list. Throws Error (kUsage) if the options contradict each other.
+    /// Does not need the scene. Throws like readCameras(). Reports warnings about the file or, if
     /// `strict`, throws them as errors.
     ViewList(const ViewListOptions& options, const CameraOptions& camera, bool strict,
              Reporter& reporter);

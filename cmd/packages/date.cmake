@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-# read_date(VARIABLE): sets VARIABLE to the date of the packages, in seconds since 1970. All builds
-# of a commit must have the same date: SOURCE_DATE_EPOCH, else the commit's date, else (outside a git
-# clone) the current time.
+# read_date(VARIABLE): sets VARIABLE to the date of the packages, in seconds since 1970. The date is
+# SOURCE_DATE_EPOCH, else the commit's date, else (outside a git clone) the current time, so that
+# all builds of a commit have the same date.
 function(read_date variable)
     set(seconds "$ENV{SOURCE_DATE_EPOCH}")
     if(seconds STREQUAL "")

@@ -47,7 +47,7 @@ struct BundleOptions {
 void addBundleOptions(VerbOptions& verb, BundleOptions& options,
                       SceneReadOptions* reading = nullptr);
 
-/// Throws Error (kUsage) if the options request no rays or contradict each other, regardless of the
+/// Throws Error (kUsage) if the options request no rays or contradict each other. Does not need the
 /// scene.
 void checkBundleOptions(const BundleOptions& options);
 

@@ -28,7 +28,7 @@ struct RayMapFlags {
 /// Declares --map, --attenuation, --part, --range and --legend. `flags` must outlive the parse.
 void addRayMapOptions(VerbOptions& verb, RayMapFlags& flags);
 
-/// Throws Error (kUsage) if the flags contradict each other, regardless of the scene.
+/// Throws Error (kUsage) if the flags contradict each other. Does not need the scene.
 void checkRayMapFlags(const RayMapFlags& flags);
 
 /// Returns the map options for a scene. Throws Error (kUsage) if the scene lacks a given material

@@ -61,7 +61,7 @@ struct RaysOptions : CaptureJobOptions {
 /// Declares all options of the verb. `options` must outlive the parse.
 void addRaysOptions(VerbOptions& verb, RaysOptions& options);
 
-/// Throws Error (kUsage) if the options contradict each other, regardless of the scene.
+/// Throws Error (kUsage) if the options contradict each other. Does not need the scene.
 void checkRaysOptions(const RaysOptions& options);
 
 /// Returns the options that change hits or their outputs, for the settings hash. `bundles` are all

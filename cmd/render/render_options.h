@@ -48,8 +48,8 @@ void addRenderOptions(VerbOptions& verb, RenderOptions& options);
 inline constexpr int kDisplaySamples = 4;
 
 /// Returns the capture settings for the requested output. Display composites get kDisplaySamples
-/// unless --samples or --fxaa is given. Throws Error (kUsage) if the options contradict each other,
-/// regardless of the scene.
+/// unless --samples or --fxaa is given. Throws Error (kUsage) if the options contradict each other.
+/// Does not need the scene.
 CaptureSettings captureSettings(const RenderOptions& options);
 
 }  // namespace peeler::cmd

@@ -123,7 +123,7 @@ struct Moment {
     double motion_rate = 0;        ///< frame rate for motion vectors, frames per second
 };
 
-/// Throws Error (kUsage) if the options contradict each other, regardless of the scene.
+/// Throws Error (kUsage) if the options contradict each other. Does not need the scene.
 void checkAnimationOptions(const AnimationOptions& options);
 
 /// Returns the animations to play, as indices into Scene::animations: the requested animation, or

@@ -30,8 +30,8 @@ enum FixedArray : std::size_t { kSplitArray, kDepthArray, kColorArray, kNear, kF
 
 constexpr std::string_view kLayerName = "layer";
 
-/// Returns the columns of the file. Planes omit `layer`, because plane k holds layer k, unless the
-/// options list only some layers.
+/// Returns the columns of the file. Planes omit `layer`, because plane k holds layer k. If the
+/// options list only some layers, planes store `layer`.
 std::vector<FragmentColumn> columnsOf(const LayeredImage& band,
                                       const FragmentArrayOptions& options) {
     std::vector<FragmentColumn> columns = fragmentColumns(band);

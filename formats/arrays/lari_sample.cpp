@@ -80,7 +80,8 @@ class LariSample final : public Sink {
     }
 
     void finish() override {
-        // commitAll() renames the first file last: if the picture exists, so do the others.
+        // commitAll() renames the first file last. So if the picture exists, the other files exist,
+        // too.
         const std::array<AtomicFile*, 3> files = {&picture_.close(), &depths_->close(), &*pose_};
         commitAll(files);
     }

@@ -241,8 +241,8 @@ void AtomicFile::commit() {
 void AtomicFile::publish() {
     if (isStandardOutput(path_)) return copyToStandardOutput();
     // Network file systems report an exceeded quota only when a descriptor is closed. Close a
-    // duplicate: closing the last descriptor would release the lock, and other processes would take
-    // the file for a leftover.
+    // duplicate, because closing the last descriptor would release the lock, and other processes
+    // would take the file for a leftover.
     if (const int other = dup(descriptor_); other >= 0 && close(other) != 0)
         fail("cannot write: " + text(errno), errno);
     if (std::rename(temporary_path_.c_str(), destination_.c_str()) != 0) {

@@ -145,7 +145,7 @@ constexpr auto kUastcEndpoints = [] {
 }();
 
 /// The weights of "Weight Unquantization" in ASTC, by number of bits and stored weight. The bits
-/// are repeated to 6. Then values above 32 are increased by 1, so that 63 becomes 64.
+/// are repeated until there are 6. Then values above 32 are increased by 1, so that 63 becomes 64.
 constexpr auto kUastcWeights = [] {
     std::array<std::array<std::uint8_t, 32>, 6> tables{};
     for (unsigned bits = 1; bits < tables.size(); ++bits)

@@ -52,7 +52,7 @@ struct MapOption {
     std::size_t most;
     glm::vec3 initial;  ///< defaults of the numeric arguments
     /// Applies the option. Returns false if the option changes the texture but is not supported.
-    /// Null for options without a visible effect.
+    /// The pointer is null for options without a visible effect.
     bool (*set)(MeshMap& map, const glm::vec3& value, std::string_view text);
 };
 

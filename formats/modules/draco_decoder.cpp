@@ -41,8 +41,8 @@ struct Promise {
     std::uint32_t faces = 0, points = 0;
 };
 
-/// Reads a number in the connectivity header, which old versions of the format store with a fixed
-/// size and others as a varint.
+/// Reads a number in the connectivity header. Old versions of the format store the number with a
+/// fixed size, others as a varint.
 std::uint32_t number(draco::DecoderBuffer& buffer, bool fixed) {
     std::uint32_t value = 0;
     if (!(fixed ? buffer.Decode(&value) : draco::DecodeVarint(&value, &buffer)))

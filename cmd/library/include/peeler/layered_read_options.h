@@ -15,9 +15,9 @@ struct LayeredReadOptions {
     bool strict = false;  ///< whether a warning becomes an Error (kInput)
     std::string part{};   ///< name of a part or layer; "" = the first that has colours
     std::string view{};   ///< name of a view; "" = the file's default
-    /// Whether the output format has neither a header nor pixels outside the display window. Then
-    /// such pixels are not read, and header attributes that affect the other pixels
-    /// (chromaticities, pixelAspectRatio) cause a warning.
+    /// Whether the output format has neither a header nor pixels outside the display window. If so,
+    /// pixels outside the display window are not read, and header attributes that affect the other
+    /// pixels (chromaticities, pixelAspectRatio) cause a warning.
     bool pixels_only = false;
 
     bool choosesPicture() const { return !part.empty() || !view.empty(); }
