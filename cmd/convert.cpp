@@ -118,10 +118,11 @@ VerbAction declareConvert(VerbOptions& verb) {
     addLayeredOptions(verb, options->reading);
     addOutputFile(verb, options->output, true);
     addLayerOutputOptions(verb, options->output, true);
-    verb.addFlag("--cryptomatte", options->cryptomatte,
-                 "write Cryptomatte 1.4 (objects and materials) into the composite part or, for a deep "
-                 "image, into OUT.cryptomatte.exr, from the ids of the input (default: on if the "
-                 "input has it and the output has a composite)")
+    verb.addFlag(
+            "--cryptomatte", options->cryptomatte,
+            "write Cryptomatte 1.4 (objects and materials) into the composite part or, for a deep "
+            "image, into OUT.cryptomatte.exr, from the ids of the input (default: on if the "
+            "input has it and the output has a composite)")
         .group("Output");
     addThreadsOption(verb, options->threads);
     addReportOptions(verb, options->report);

@@ -62,9 +62,10 @@ void addChannelOptions(VerbOptions& verb, ChannelOptions& options) {
              "channels of every fragment besides R, G, B, A and Z, separated by commas, or all:")
         .someOf(channelChoices())
         .group(kGroup);
-    verb.addFlag("--cryptomatte", options.cryptomatte,
-                 "write Cryptomatte 1.4 (objects and materials) to the composite part or, for a deep "
-                 "image, to OUT.cryptomatte.exr; implies --channels id")
+    verb.addFlag(
+            "--cryptomatte", options.cryptomatte,
+            "write Cryptomatte 1.4 (objects and materials) to the composite part or, for a deep "
+            "image, to OUT.cryptomatte.exr; implies --channels id")
         .group(kGroup);
     addFile(verb, "--manifest", "FILE", options.manifest, "write the names of the ids as JSON")
         .files(".json")
