@@ -181,6 +181,7 @@ void Masks::open() {
     views_.place(*scene_);
     for (std::size_t view = 0; view < views_.size(); ++view)
         seen_.push_back(views_.view(*scene_, poseOf(view), view));
+    views_.noteCamera(seen_.front(), poseOf(0));
     objects_ = objectsOf(job_.pose(), options_.objects);
     folder_.emplace(MaskFolderOptions{options_.output, options_.formats, options_.objects.text(),
                                       std::string("peeler ") + PEELER_VERSION},
@@ -336,6 +337,7 @@ void Masks::report(std::size_t view, PictureResult& result, const Json& objects,
         result.view = static_cast<int>(view);
         result.camera = views_.name(view);
     }
+    if (view + 1 == end_) progress_->update(1);  // before the last result
     const std::string line = options_.output.string() + ": " + of;
     if (result.skipped) return results_.add(toJson(result), line + "skipped, already complete");
     Json found = findingsOf(result);

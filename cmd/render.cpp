@@ -14,6 +14,7 @@
 #include "cmd/cli/errors.h"
 #include "cmd/cli/report.h"
 #include "cmd/machine/resources.h"
+#include "cmd/options/empty_picture.h"
 #include "cmd/options/forecast.h"
 #include "cmd/options/output_checks.h"
 #include "cmd/options/sequence_options.h"
@@ -28,6 +29,7 @@
 #include "core/base/parallel.h"
 #include "core/base/process_memory.h"
 #include "core/base/stage_times.h"
+#include "core/capture/gl_planner.h"
 #include "core/image/background_sink.h"
 #include "core/image/fxaa.h"
 #include "formats/file/file_name.h"
@@ -104,6 +106,7 @@ class Render {
     void forecastMemory(const Picture& picture);
     void meterExposure(const PictureRequest& asked);
     void plan(Picture& picture);
+    void noteEmpty(const Picture& picture);
     void makeWriter(Picture& picture);
     void reportSize(Picture& picture, const OutputOptions& output);
     void endPending() { endPending(options_.sequence.keep_going); }
@@ -113,6 +116,7 @@ class Render {
     void addResult(const PictureResult& result);
     void writeCameras();
     Progress progressOf(const Picture& picture);
+    void finishProgress(const Picture& picture);
 
     const RenderOptions& options_;
     Reporter& reporter_;
@@ -127,6 +131,7 @@ class Render {
     std::optional<UsedCameras> cameras_;  ///< cameras written by --cameras-out
     bool size_told_ = false;              ///< whether the file size forecast was reported
     std::uint64_t memory_forecast_ = 0;   ///< bytes
+    std::size_t empty_ = 0;               ///< pictures without fragments
 };
 
 void Render::renderAll() {
@@ -142,6 +147,9 @@ void Render::renderAll() {
     endPending();
     progress_->update(1);
     progress_.reset();
+    if (empty_ > 1)
+        reporter_.warning(groupedText(empty_) + " of " + groupedText(request_.pictures()) +
+                          " pictures are empty.");
 }
 
 void Render::render(std::size_t index) {
@@ -220,6 +228,7 @@ void Render::prepare(Picture& picture) {
     else
         job_.openRenderer(*asked.posed);
     GlRenderer& renderer = *job_.renderer();
+    if (!size_told_) request_.views().noteCamera(asked.view, *asked.posed);
     meterExposure(asked);
     if (asked.next) renderer.setNextFrame(std::move(*asked.next));
     asked.provenance.renderer = job_.device().renderer;
@@ -289,6 +298,7 @@ void Render::plan(Picture& picture) {
                      countText(plan.layers.size(), "layer") + " of " +
                      std::to_string(plan.view.width) + "x" + std::to_string(plan.view.height) +
                      " pixels; capturing them with " + picture.asked.capture.method);
+    if (plan.fragments_counted == 0) noteEmpty(picture);
     if (!options_.scene.reading.strict || plan.complete()) return;
     const bool blended = plan.fragments_blended != 0;
     throw Error(ErrorKind::kIncomplete,
@@ -297,6 +307,15 @@ void Render::plan(Picture& picture) {
                     groupedText(plan.fragments_counted),
                 request_.outputFile(picture.asked.index).string(),
                 "use --layers all and no --occlusion-ratio, or leave --strict out");
+}
+
+/// Warns of the run's first empty picture, and counts all.
+void Render::noteEmpty(const Picture& picture) {
+    const PictureRequest& asked = picture.asked;
+    if (empty_++ > 0 && !options_.scene.reading.strict) return;
+    reportEmpty(request_.outputFile(asked.index),
+                emptyReason(*asked.posed, asked.view, asked.capture, options_.scene),
+                options_.scene.reading.strict, reporter_);
 }
 
 void Render::makeWriter(Picture& picture) {
@@ -349,8 +368,13 @@ Progress Render::progressOf(const Picture& picture) {
     };
 }
 
-/// Finishes the previous picture if it is pending. If the picture could not be written, throws the
-/// error or, if `keep_going`, adds the error to the results.
+/// Shows the end of the run before the result of the last picture.
+void Render::finishProgress(const Picture& picture) {
+    if (picture.asked.index + 1 == request_.pictures()) progress_->update(1);
+}
+
+/// Finishes the previous picture if it is pending. If writing it failed, throws the error or, if
+/// `keep_going`, adds it to the results.
 void Render::endPending(bool keep_going) {
     if (!pending_) return;
     Picture picture = std::move(*pending_);
@@ -379,6 +403,11 @@ void Render::report(Picture& picture) {
     describeDisplay(picture.written, request_.metersExposure(), result);
     if (!noted_) noteDisplay(result, reporter_);
     noted_ = true;
+    const CaptureSettings& capture = asked.capture;
+    result.counted_samples = capture.composite ? result.samples : 1;
+    result.counts_visible = skipsHidden(capture);
+    if (result.display) result.light = request_.lightText(*asked.posed);
+    finishProgress(picture);
     addResult(result);
 }
 
@@ -388,6 +417,7 @@ void Render::reportSkipped(Picture& picture) {
     else
         picture.result.bytes = fileBytes(picture.result.output);
     picture.result.skipped = true;
+    finishProgress(picture);
     addResult(picture.result);
 }
 

@@ -355,8 +355,10 @@ VerbAction declareSheet(VerbOptions& verb) {
     verb.option("--output").description(kOutputHelp);
     verb.option("--background")
         .description(
-            "background of every cell: transparent (shown as a checkerboard), r,g,b[,a] in linear "
-            "light, or #rrggbb[aa] in sRGB (default: transparent)");
+            "background of every cell: transparent (shown as a checkerboard), a basic colour of "
+            "CSS "
+            "such as white, #rrggbb[aa] or #rgb[a] in sRGB, or r,g,b[,a] in linear light (default: "
+            "transparent)");
     addCellOptions(verb, *options);
     addShownOptions(verb, options->request);
     addNormalizeOption(verb, options->request.scene);

@@ -4,6 +4,14 @@
 set -eu
 cd "$(dirname "$0")/.."
 
+cat <<'TEXT'
+Quickstart
+  1. installs the Debian packages that are missing, with sudo unless you are root: compiler, CMake, libraries
+  2. builds peeler into build/release, in about 4 minutes on 4 cores
+  3. renders a scene into build/quickstart
+Everything but the packages stays in this folder.
+TEXT
+
 sh examples/install_dependencies.sh build
 
 cmake --preset release -DPEELER_BUILD_TESTS=OFF
@@ -20,4 +28,15 @@ peeler=build/release/peeler
 "$peeler" flatten "$out/glasses.exr" -o "$out/glasses.png" --background '#f2f0ec'
 "$peeler" info "$out/glasses.exr"
 
-echo "wrote $out/glasses.exr (every layer) and $out/glasses.png (the composite)"
+cat <<TEXT
+
+The pictures are in $PWD/$out:
+  glasses.png  the composite
+  glasses.exr  every layer
+
+To try next:
+  PATH=\$PWD/build/release:\$PATH
+  peeler view $out/glasses.exr -o $out/glasses.html   # a page to orbit and peel the layers
+  peeler sheet $out/glasses.exr -o $out/sheet.png     # all layers side by side
+  peeler render YOUR_MODEL.glb -o model.png                         # your own scene
+TEXT

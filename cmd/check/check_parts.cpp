@@ -17,6 +17,9 @@ namespace {
 /// The maximum number of places that are listed and marked per kind of fault.
 constexpr std::size_t kPlaces = 100;
 
+/// The shares of a part's usual time by which its stages end: topology, crossings, volumes.
+constexpr double kTopologyEnd = 0.12, kCrossingsEnd = 0.25, kVolumesEnd = 0.28;
+
 /// Returns a progress callback that maps a stage's share to the range from `begin` to `end`.
 Progress between(const Progress& progress, double begin, double end) {
     return [=](double share) { progress(begin + (end - begin) * share); };
@@ -37,7 +40,7 @@ class PartChecker {
         report_.sides = findSides(TriangleTree(report_.mesh), report_.topology);
         report_.turned = turnedBack(report_.mesh, report_.topology, report_.sides);
         const TriangleTree tree(report_.turned);
-        report_.crossings = findCrossings(tree, between(progress_, 0.1, 0.3));
+        report_.crossings = findCrossings(tree, between(progress_, kTopologyEnd, kCrossingsEnd));
         report_.area = areaOf(report_.mesh);
         report_.sharp = sharpEdges(report_.turned, report_.topology);
         findVolumes(tree);
@@ -51,8 +54,8 @@ class PartChecker {
         if (!topology.closed() || !std::ranges::all_of(topology.shells, &PartShell::orientable))
             return;
         report_.volume = volumeOf(report_.turned);
-        report_.union_volume =
-            unionVolume(tree, topology, report_.crossings, between(progress_, 0.3, 0.6));
+        report_.union_volume = unionVolume(tree, topology, report_.crossings,
+                                           between(progress_, kCrossingsEnd, kVolumesEnd));
     }
 
     /// Finds the thinnest wall. The wall is uncertain if there are too many crossings to determine
@@ -61,7 +64,7 @@ class PartChecker {
         FoundWall& found = report_.found_wall;
         found.certain = !report_.crossings.more && (report_.union_volume || !report_.volume);
         if (!found.certain) return;
-        found = thinnestWall(tree, between(progress_, 0.6, 1));
+        found = thinnestWall(tree, between(progress_, kVolumesEnd, 1));
         report_.wall_crossed = found.wall && (isCrossed(tree, found.wall->triangle) ||
                                               isCrossed(tree, found.wall->opposite));
     }
@@ -276,8 +279,8 @@ CheckReport checkParts(const PosedScene& posed, const CheckSettings& settings,
         report.bounds.min = glm::min(report.bounds.min, box.min);
         report.bounds.max = glm::max(report.bounds.max, box.max);
     }
-    // Progress counts triangles. The union of several parts counts all triangles again.
-    const double all = static_cast<double>(triangles + 1) * (report.parts.size() > 1 ? 2 : 1);
+    // Progress counts triangles. The overlaps of several parts take a fifth of the parts' time.
+    const double all = static_cast<double>(triangles + 1) * (report.parts.size() > 1 ? 1.2 : 1);
     for (PartReport& part : report.parts) {
         const double begin = static_cast<double>(done) / all;
         done += part.mesh.triangles.size();

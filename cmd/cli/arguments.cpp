@@ -10,7 +10,9 @@
 #include <utility>
 
 #include <peeler/error.h>
+#include "formats/file/file_name.h"
 #include "formats/file/regular_file.h"
+#include "formats/meshes/scene_reader.h"
 
 namespace peeler::cmd {
 
@@ -83,6 +85,32 @@ std::string helpHint(const CLI::App& app) {
     return "see peeler " + (chosen.empty() ? "" : chosen.front()->get_name() + " ") + "--help";
 }
 
+/// Returns a command for the first of these arguments that names a scene or an EXR file, else "".
+std::string commandFor(const Texts& arguments) {
+    for (const std::string& argument : arguments) {
+        const std::string extension = lowerExtension(argument);
+        if (extension.empty()) continue;
+        const std::string picture =
+            std::filesystem::path(argument).filename().replace_extension(".png").string();
+        const char* const verb =
+            (sceneExtensions() + ' ').find(extension + ' ') != std::string::npos ? "render"
+            : extension == ".exr"                                                ? "flatten"
+                                                                                 : nullptr;
+        if (verb) return "peeler " + std::string(verb) + ' ' + argument + " -o " + picture;
+    }
+    return "";
+}
+
+/// Throws Error (kUsage) if a verb's output is given more than once. Other options take the last
+/// text, so that scripts can append to a command.
+void refuseOutputs(const CLI::App& verb) {
+    const CLI::Option* const option = verb.get_option_no_throw("--output");
+    if (!option || option->count() < 2) return;
+    const Texts given = option->results();
+    refuse("a run has one output", "--output " + given.front() + ", --output " + given[1],
+           "leave one of them out, or run peeler once for each");
+}
+
 /// Returns an error for the first argument that CLI11 did not recognise, with the nearest known
 /// name.
 Error unplaced(const CLI::App& app, std::string hint) {
@@ -104,6 +132,11 @@ Error unplaced(const CLI::App& app, std::string hint) {
     }
     const std::vector<std::string_view> views(names.begin(), names.end());
     const std::string_view nearest = nearestName(argument.substr(0, argument.find('=')), views);
+    const std::string command = chosen.empty() ? commandFor(rest) : "";
+    if (!command.empty()) {
+        return Error(ErrorKind::kUsage, "no verb given", argument,
+                     command + " makes a picture\nsee peeler --help");
+    }
     if (hint.empty() && !nearest.empty()) hint = "did you mean '" + std::string(nearest) + "'?\n";
     hint += helpHint(app);
     const char* what = is_option        ? "unknown option"
@@ -387,8 +420,14 @@ Asked ArgumentParser::parse(const std::vector<std::string>& given) {
         throw Error(ErrorKind::kUsage, "the option takes no value", flagWithValue(*app_, arguments),
                     helpHint(*app_));
     } catch (const CLI::ParseError& error) {
-        throw Error(ErrorKind::kUsage, error.what(), "", dashHint(arguments) + helpHint(*app_));
+        const std::string_view examples = helps_[verb()].examples;
+        const std::string example(examples.substr(0, examples.find('\n')));
+        const bool misses = error.get_name() == "RequiredError" && !example.empty();
+        throw Error(ErrorKind::kUsage, error.what(), "",
+                    dashHint(arguments) + (misses ? "for example: " + example + '\n' : "") +
+                        helpHint(*app_));
     }
+    if (!verb().empty()) refuseOutputs(*app_->get_subcommand(verb()));
     return verb().empty() ? Asked::kNothing : Asked::kVerb;
 }
 

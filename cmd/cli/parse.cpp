@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cmd/cli/parse.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <limits>
@@ -45,18 +46,36 @@ float decodeSrgb(int byte) {
     return static_cast<float>(linearFromSrgb(byte / 255.0));
 }
 
-std::array<float, 4> parseHexColor(std::string_view digits) {
-    constexpr const char* kExpected = "expected #rrggbb or #rrggbbaa with hexadecimal digits";
+std::array<float, 4> parseHexColor(std::string_view text) {
+    constexpr const char* kExpected =
+        "expected #rgb, #rgba, #rrggbb or #rrggbbaa with hexadecimal digits";
+    std::string digits(text);
+    if (digits.size() == 3 || digits.size() == 4) {  // each digit stands for two
+        for (std::size_t i = text.size(); i-- > 0;)
+            digits.insert(i, 1, text[i]);
+    }
     if (digits.size() != 6 && digits.size() != 8) refuse(kExpected);
     std::array<int, 4> bytes{0, 0, 0, 255};
     for (std::size_t i = 0; i < digits.size() / 2; ++i) {
-        const std::string_view pair = digits.substr(2 * i, 2);
+        const std::string_view pair = std::string_view(digits).substr(2 * i, 2);
         const auto [end, failure] = std::from_chars(pair.data(), pair.data() + 2, bytes[i], 16);
         if (failure != std::errc() || end != pair.data() + 2 || bytes[i] < 0) refuse(kExpected);
     }
     return {decodeSrgb(bytes[0]), decodeSrgb(bytes[1]), decodeSrgb(bytes[2]),
             static_cast<float>(bytes[3]) / 255.0F};
 }
+
+/// The basic colour keywords of CSS Color Module Level 3, section 4.1.
+struct NamedColor {
+    std::string_view name, digits;
+};
+constexpr NamedColor kNamedColors[] = {
+    {"black", "000000"},  {"silver", "c0c0c0"}, {"gray", "808080"},   {"white", "ffffff"},
+    {"maroon", "800000"}, {"red", "ff0000"},    {"purple", "800080"}, {"fuchsia", "ff00ff"},
+    {"green", "008000"},  {"lime", "00ff00"},   {"olive", "808000"},  {"yellow", "ffff00"},
+    {"navy", "000080"},   {"blue", "0000ff"},   {"teal", "008080"},   {"aqua", "00ffff"},
+    {"grey", "808080"},
+};
 
 struct SizeUnit {
     std::string_view suffix;
@@ -158,8 +177,12 @@ double parseFov(std::string_view text) {
 }
 
 Size parseSize(std::string_view text) {
-    const auto parts = split(text, 'x');
-    if (parts.size() > 2) refuse("expected WIDTHxHEIGHT or WIDTH in pixels");
+    std::string lower(text);
+    std::ranges::replace(lower, 'X', 'x');
+    const auto parts = split(lower, 'x');
+    const auto is_number = [](std::string_view part) { return readAll<double>(part).has_value(); };
+    if (parts.size() > 2 || !std::ranges::all_of(parts, is_number))
+        refuse("expected WIDTHxHEIGHT or WIDTH in pixels, such as 1280x720 or 1280");
     Size size;
     size.width = static_cast<int>(parseInteger(parts[0], 1, kMostPictureSide));
     if (parts.size() == 2)
@@ -196,9 +219,13 @@ std::uint64_t parseBytes(std::string_view text) {
 std::array<float, 4> parseColor(std::string_view text) {
     if (text == "transparent") return {0, 0, 0, 0};
     if (text.starts_with('#')) return parseHexColor(text.substr(1));
+    for (const NamedColor& color : kNamedColors)
+        if (equalIgnoringCase(text, color.name)) return parseHexColor(color.digits);
     const auto parts = split(text, ',');
     if (parts.size() != 3 && parts.size() != 4) {
-        refuse("expected transparent, r,g,b[,a] (linear) or #rrggbb[aa] (sRGB)");
+        refuse(
+            "expected a basic colour of CSS such as white, transparent, #rrggbb[aa] or #rgb[a] "
+            "(sRGB), or r,g,b[,a] (linear)");
     }
     std::array<float, 4> color{0, 0, 0, 1};
     for (std::size_t i = 0; i < parts.size(); ++i) {

@@ -42,8 +42,8 @@ glm::dvec3 parseDirection(std::string_view text);
 /// Parses a field of view in degrees, between 0 and 180.
 double parseFov(std::string_view text);
 
-/// Parses "1920x1080" or "1920". Throws Error (kUsage) if a side exceeds kMostPictureSide or the
-/// picture has more than kMostPixels pixels.
+/// Parses "1920x1080", "1920X1080" or "1920". Throws Error (kUsage) if a side exceeds
+/// kMostPictureSide or the picture has more than kMostPixels pixels.
 Size parseSize(std::string_view text);
 
 /// Parses "x,y,w,h" in pixels: a non-empty window whose x and y are not negative.
@@ -53,8 +53,8 @@ Window parseCrop(std::string_view text);
 /// KB, MB, … are powers of 1000.
 std::uint64_t parseBytes(std::string_view text);
 
-/// Parses straight linear RGBA: "transparent", "r,g,b[,a]" (linear) or "#rrggbb[aa]" (sRGB, alpha
-/// linear).
+/// Parses straight linear RGBA: "transparent", "r,g,b[,a]" (linear), or in sRGB with linear alpha
+/// "#rrggbb[aa]", "#rgb[a]" or a basic colour keyword of CSS ("white").
 std::array<float, 4> parseColor(std::string_view text);
 
 /// Parses the number of layers to keep. "all" and "0" give 0, which means no limit.

@@ -20,8 +20,9 @@ constexpr double kLineSeconds = 0.1;
 }  // namespace
 
 void ProgressLines::begin(const RunProgress& progress) {
-    start_ = last_ = clock_();
+    start_ = last_ = mark_ = clock_();
     shown_ = false;
+    mark_share_ = mark_rate_ = 0;
     last_share_ = 0;
     status(progress.stage);
     if (style_ == ProgressStyle::kJson || style_ == ProgressStyle::kAlf ||
@@ -60,21 +61,33 @@ void ProgressLines::bar(const RunProgress& progress) {
                        std::string(static_cast<std::size_t>(full), '#') +
                        std::string(static_cast<std::size_t>(kCells - full), '.') + "] " +
                        std::to_string(percent) + " %";
-    // Estimates the remaining time only after two seconds.
-    const double spent = secondsSince(start_);
-    if (share > 0 && share < 1 && spent > 2) {
-        text += ", " + std::to_string(std::lround(spent / share * (1 - share))) + " s left";
-    }
+    if (const double left = secondsLeft(share); left > 0)
+        text += ", " + std::to_string(std::lround(left)) + " s left";
     console_.bar(text);
     shown_ = true;
     last_ = clock_();
 }
 
+/// Returns the estimated seconds to the end of the stage, by the slower of the stage's mean rate
+/// and its latest rate; 0 while unknown.
+double ProgressLines::secondsLeft(double share) {
+    constexpr double kLeastSeconds = 2, kLatest = 0.25;  // the latest quarter of the time
+    const double spent = secondsSince(start_), since_mark = secondsSince(mark_);
+    if (since_mark >= std::max(kLeastSeconds, kLatest * spent)) {
+        mark_rate_ = (share - mark_share_) / since_mark;
+        mark_share_ = share;
+        mark_ = clock_();
+    }
+    if (!(share > 0 && share < 1 && mark_rate_ > 0)) return 0;
+    return (1 - share) / std::min(mark_rate_, share / spent);
+}
+
 void ProgressLines::plain(const RunProgress& progress) {
     const double share = progress.of_stage;
-    // The end of a stage needs no line, because the next output shows it.
-    if (share >= 1 || secondsSince(last_) < kPlainSeconds ||
-        share - last_share_ < kPlainShare - 1e-9)
+    // A stage without earlier lines needs no last one, because the next output shows its end.
+    const bool ends = share >= 1 && last_share_ > 0 && last_share_ < 1;
+    if (!ends && (share >= 1 || secondsSince(last_) < kPlainSeconds ||
+                  share - last_share_ < kPlainShare - 1e-9))
         return;
     const int percent = static_cast<int>(std::floor(share * 100 + 1e-9));
     console_.note(std::string(progress.stage) + " " + std::to_string(percent) + " %");

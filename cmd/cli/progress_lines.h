@@ -28,7 +28,8 @@ inline constexpr Choice<ProgressStyle> kProgressStyles[] = {
 
 /// Shows the progress of successive stages on a Console's stderr:
 /// - bar (auto on a terminal): redrawn at most 20 times per second, cleared at the end
-/// - plain: at most one line per 10 % and per second, so a short stage prints nothing
+/// - plain: at most one line per 10 % and per second, so a short stage prints nothing; a stage with
+///   lines ends at 100 %
 /// - json: {"stage":…,"progress":0–1,"seconds":…}: the first (0), the last (1), and between them at
 ///   most 10 per second
 /// - alf: "ALF_PROGRESS 42%", one line per percent (read by Pixar's Tractor and CGRU's Afanasy)
@@ -51,6 +52,7 @@ class ProgressLines {
 
   private:
     void bar(const RunProgress& progress);
+    double secondsLeft(double share);
     void plain(const RunProgress& progress);
     void json(const RunProgress& progress);
     void alf(double of_run);
@@ -61,8 +63,10 @@ class ProgressLines {
     ProgressStyle style_ = ProgressStyle::kAuto;
     Clock clock_ = std::chrono::steady_clock::now;
     std::chrono::steady_clock::time_point start_, last_;
-    bool shown_ = false;     ///< whether a line has been shown for this stage
-    double last_share_ = 0;  ///< share of the stage that the last line showed
+    std::chrono::steady_clock::time_point mark_;  ///< when the latest rate was measured
+    double mark_share_ = 0, mark_rate_ = 0;       ///< share at mark_; share per second until then
+    bool shown_ = false;                          ///< whether a line has been shown for this stage
+    double last_share_ = 0;                       ///< share of the stage that the last line showed
     double shown_run_ = -1;  ///< share of the run shown to a scheduler; negative = none yet
 };
 

@@ -12,6 +12,7 @@
 #include "cmd/cli/arguments.h"
 #include "cmd/machine/resources.h"
 #include "cmd/session/choices.h"
+#include "core/base/printable.h"
 #include "formats/file/atomic_file.h"
 #include "formats/file/json_text.h"
 
@@ -209,11 +210,16 @@ std::string summary(const PictureResult& result) {
     const std::string file =
         (result.sample.empty() ? "" : result.sample + " in ") + result.output.string();
     if (result.skipped) return file + ": already exists";
+    const auto samples = static_cast<std::uint64_t>(result.counted_samples);
     std::string text = file + ": " + countText(result.layers, "layer") + ", " +
-                       countText(result.fragments_stored, "fragment");
+                       countText(result.fragments_stored / samples,
+                                 result.counts_visible ? "visible fragment" : "fragment");
     if (result.fragments_stored != result.fragments_counted) {
-        text += " of " + groupedText(result.fragments_counted);
+        text += " of " + groupedText(result.fragments_counted / samples);
     }
+    // Views have names of their own.
+    if (!result.view && !result.camera.empty()) text += ", camera " + printable(result.camera);
+    if (!result.light.empty()) text += ", " + result.light;
     return text + ", " + bytesText(result.bytes) + ", " + totalText(result.milliseconds);
 }
 

@@ -98,9 +98,13 @@ struct PictureResult : RunResult {
     int width = 0, height = 0;  ///< size of the display window, pixels
     std::uint64_t layers = 0;
     std::uint64_t fragments_counted = 0, fragments_stored = 0;
-    /// Fragments that are not stored but blended into the composite.
-    std::uint64_t fragments_blended = 0;
-    int samples = 1;  ///< sub-pixel samples per pixel
+    std::uint64_t fragments_blended = 0;  ///< a part of the fragments not stored
+    int samples = 1;                      ///< sub-pixel samples per pixel
+    /// For the summary: the samples whose fragments the counts add up, whether the counts omit
+    /// fragments behind opaque surfaces, and the light of a display picture.
+    int counted_samples = 1;
+    bool counts_visible = false;
+    std::string light{};
     std::string method;
     int passes = 0;
     std::optional<DisplayedAs> display{};  ///< set only for display pictures
@@ -127,7 +131,8 @@ Json findingsOf(const PictureResult& result);
 /// the sequence.
 Json toJson(const PictureResult& result);
 
-/// Returns a one-line summary: "out.exr: 24 layers, 7,123,456 fragments, 12.3 MB, 812 ms".
+/// Returns a one-line summary: "out.exr: 24 layers, 7,123,456 fragments, 12.3 MB, 812 ms". Counts
+/// are per sample.
 std::string summary(const PictureResult& result);
 
 /// Returns the total time, rounded and grouped: "812 ms".

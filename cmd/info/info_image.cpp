@@ -107,16 +107,18 @@ Json pointsJson(const PointStatistics& points) {
 }
 
 Json provenanceJson(const Provenance& p) {
-    return {{"scene", p.scene},
-            {"sceneHash", p.scene_hash},
-            {"settingsHash", p.settings_hash},
-            {"settings", settingsJson(p)},
-            {"method", p.method},
-            {"surfaces", p.surfaces},
-            {"renderer", p.renderer},
-            {"version", p.version},
-            {"frame", p.frame},
-            {"time", p.time}};
+    Json json{{"scene", p.scene},
+              {"sceneHash", p.scene_hash},
+              {"settingsHash", p.settings_hash},
+              {"settings", settingsJson(p)},
+              {"method", p.method},
+              {"surfaces", p.surfaces},
+              {"renderer", p.renderer},
+              {"version", p.version},
+              {"frame", p.frame},
+              {"time", p.time}};
+    if (!p.elements.empty()) json["elements"] = parseOrderedJsonOrNull(p.elements);
+    return json;
 }
 
 Json toJson(const ImageFacts& facts, const InfoOptions& options) {
@@ -197,13 +199,37 @@ std::string cameraText(const View& view) {
            size.data() + ", at " + vectorText(eye) + " looking along " + vectorText(forward) + '\n';
 }
 
+/// Returns a line per element that was merged. Other programs may have changed the attribute.
+std::string elementsText(const Provenance& p) {
+    const nlohmann::json elements = parseJsonOrNull(p.elements);
+    if (!elements.is_array()) return "";
+    std::string text = "merged of:\n";
+    for (const nlohmann::json& element : elements) {
+        if (!element.is_object()) continue;
+        const auto word = [&](const char* key) {
+            const auto found = element.find(key);
+            return found == element.end() ? std::string()
+                   : found->is_string()   ? found->get<std::string>()
+                                          : dumpJson(*found);
+        };
+        text += "  " + printable(word("file")) + ": " + printable(word("scene"));
+        for (const char* const key : {"include", "exclude"})
+            if (!word(key).empty()) text += std::string(", ") + key + ' ' + printable(word(key));
+        text += '\n';
+    }
+    return text;
+}
+
 std::string provenanceText(const Provenance& p) {
     std::array<char, 64> moment{};
     std::snprintf(moment.data(), moment.size(), "frame %d, %.6g s", p.frame, p.time);
-    std::string text = "from: " + printable(p.scene) + ", " + moment.data();
+    std::string text =
+        "from: " +
+        (p.scene.empty() && !p.elements.empty() ? "several scenes" : printable(p.scene)) + ", " +
+        moment.data();
     if (!p.method.empty()) text += ", by " + printable(p.method);
     if (!p.renderer.empty()) text += " on " + printable(p.renderer);
-    return text + '\n';
+    return text + '\n' + elementsText(p);
 }
 
 bool isOfArrays(const ExrInfo& info) {

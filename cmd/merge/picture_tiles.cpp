@@ -2,6 +2,7 @@
 #include "cmd/merge/picture_tiles.h"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <set>
 #include <span>
 
@@ -11,6 +12,7 @@
 #include "cmd/options/layered_options.h"
 #include "core/image/composite.h"
 #include "core/image/merge.h"
+#include "formats/file/json_text.h"
 
 namespace peeler::cmd {
 
@@ -27,6 +29,24 @@ std::string channelsText(const LayeredImage& image) {
         }
     }
     return text.empty() ? "none" : text.substr(0, text.size() - 2);
+}
+
+/// Adds a file to the list of elements; of a file that was merged itself, its elements.
+void addElement(const PictureTile& tile, nlohmann::json& elements) {
+    const Provenance& own = tile.info().provenance;
+    const nlohmann::json merged = parseJsonOrNull(own.elements);
+    if (merged.is_array()) {
+        elements.insert(elements.end(), merged.begin(), merged.end());
+        return;
+    }
+    nlohmann::json element = {{"file", fs::path(tile.path).filename().string()},
+                              {"scene", own.scene},
+                              {"sceneHash", own.scene_hash},
+                              {"settingsHash", own.settings_hash}};
+    const nlohmann::json settings = settingsJson(own);
+    for (const char* const key : {"include", "exclude"})
+        if (settings.contains(key)) element[key] = settings[key];
+    elements.push_back(std::move(element));
 }
 
 /// A property in the header, as text. Scene, settings and camera are compared separately.
@@ -258,8 +278,10 @@ void PictureTiles::joinProvenance() {
     IdNames& all = provenance_.ids;
     all = {};
     bool parents_known = true;
+    nlohmann::json elements = nlohmann::json::array();
     for (PictureTile& tile : tiles_) {
         const Provenance& own = tile.info().provenance;
+        addElement(tile, elements);
         if (own.scene_hash != provenance_.scene_hash)
             provenance_.scene = provenance_.scene_hash = "";
         if (own.settings_hash != provenance_.settings_hash)
@@ -284,6 +306,7 @@ void PictureTiles::joinProvenance() {
         parents_known = parents_known && own.ids.parents.size() == own.ids.objects.size();
     }
     if (!parents_known) all.parents.clear();
+    provenance_.elements = dumpJson(elements);
 }
 
 bool PictureTiles::overlap() const {

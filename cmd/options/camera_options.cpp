@@ -63,10 +63,11 @@ void addCameraOptions(VerbOptions& verb, CameraOptions& options, SceneReadOption
                          const std::string& help) {
         addValue(verb, name, value, target, parse, help).group("Camera");
     };
-    add("--camera", "NAME|INDEX", options.camera, text,
-        "camera of the scene, by name or by index as peeler info lists it; light:NAME or "
-        "light:INDEX looks from a directional or spot light, light:key from the built-in light of "
-        "a scene without lights (default: the first camera, or a view of the whole scene if it has "
+    add("--camera", "NAME|INDEX|auto", options.camera, text,
+        "camera of the scene, by name or by index as peeler info lists it; auto shows the whole "
+        "scene even if it has cameras; light:NAME or light:INDEX looks from a directional or spot "
+        "light, light:key from the built-in light of a scene without lights (default: the first "
+        "camera, or a view of the whole scene if it has "
         "no camera)");
     add("--eye", "X,Y,Z", options.eye, vector,
         "position of a custom camera (default: one that sees the whole scene with margins of 5 %; "

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "cmd/machine/resources.h"
+#include "cmd/options/empty_picture.h"
 #include "cmd/options/output_checks.h"
 
 namespace peeler::cmd {
@@ -29,6 +30,12 @@ std::unique_ptr<LayeredInput> LayeredRun::openInput(const ObjectOptions& objects
         return openChosen(result.inputs.front().string(), reading, objects, reporter_);
     });
     plan = input->info().plan;
+    if (plan.layers.empty()) {
+        reportEmpty(output.path,
+                    objects.any() ? "--include, --exclude and --material leave no fragments"
+                                  : "the file has no fragments",
+                    options_.reading.strict, reporter_);
+    }
     return input;
 }
 

@@ -181,8 +181,8 @@ void addOutputOptions(VerbOptions& verb, OutputRequest& output) {
     OutputOptions& options = output.options;
     addOutputFile(verb, output);
     addGiven(verb, output, "--background", "COLOR", options.background, parseBackground,
-             "background of composites: transparent, r,g,b[,a] in linear light, or #rrggbb[aa] in "
-             "sRGB (default: transparent)")
+             "background of composites: transparent, a basic colour of CSS such as white, "
+             "#rrggbb[aa] or #rgb[a] in sRGB, or r,g,b[,a] in linear light (default: transparent)")
         .group("Output");
     addGiven(
         verb, output, "--exposure", "STOPS", options.exposure, parseExposure,

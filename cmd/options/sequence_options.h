@@ -32,8 +32,8 @@ void addSequenceOptions(VerbOptions& verb, SequenceOptions& options);
 
 /// The number of a picture: its frame, its view, or both.
 struct PictureNumber {
-    std::optional<int> frame{};  ///< number of the frame, if the picture is part of a sequence
-    std::optional<int> view{};   ///< index of the view from 0, if there are several views
+    std::optional<int> frame{};  ///< if the picture is part of a sequence
+    std::optional<int> view{};   ///< number, by default from 0, if there are several views
 
     /// Returns "frame 12, view 3"; "" for a single picture.
     std::string text() const;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <cmath>
 #include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -15,6 +16,8 @@
 #include "cmd/cli/errors.h"
 #include "cmd/cli/parse.h"
 #include "cmd/cli/report.h"
+#include "core/base/printable.h"
+#include "core/scene/frustum.h"
 #include "formats/file/file_name.h"
 
 namespace peeler::cmd {
@@ -65,6 +68,17 @@ void checkViewOptions(const ViewListOptions& options, const CameraOptions& camer
         refuse("there is no camera file", "--camera-convention", "add --cameras FILE");
     if (options.seed && options.around != Around::kRandom)
         refuse("the cameras are not placed at random", "--seed", "add --around random");
+    const std::pair<bool, const char*> needs_circle[] = {
+        {options.elevation.has_value(), "--elevation"},
+        {options.azimuth.has_value(), "--azimuth"},
+        {options.clockwise, "--clockwise"}};
+    for (const auto& [given, option] : needs_circle)
+        if (given && !options.turns())
+            refuse("the cameras are not on a circle", option,
+                   "add --around turntable or --around orbit");
+    if (options.first != 0 && !options.asked())
+        refuse("there are no views to number", "--first-view " + std::to_string(options.first),
+               "add --views N or --cameras FILE");
     if (options.cameras_out && !options.asked())
         refuse("there are no cameras of views to write", "--cameras-out",
                "add --views N or --cameras FILE");
@@ -129,11 +143,38 @@ void addViewOptions(VerbOptions& verb, ViewListOptions& options) {
         verb, "--distance", "D", options.distance,
         [](const std::string& text) { return parsePositive(text); },
         "distance of the cameras from the scene's centre, in scene units (default: far enough to "
-        "see the whole scene from any side)")
+        "see the whole scene from any side; turntable: just far enough)")
+        .group(kViewsGroup);
+    addValue(
+        verb, "--elevation", "DEGREES", options.elevation,
+        [](const std::string& text) {
+            const double degrees = parseNumber(text);
+            if (!(std::abs(degrees) < 90))
+                refuse("expected degrees above the horizon between -90 and 90");
+            return degrees;
+        },
+        "height of a circle above the horizon (default: 30)")
+        .group(kViewsGroup);
+    addValue(
+        verb, "--azimuth", "DEGREES", options.azimuth,
+        [](const std::string& text) { return parseNumber(text); },
+        "where a circle begins: 0 at +Z, the front; 90 at +X, the right (default: 0)")
+        .group(kViewsGroup);
+    verb.addFlag("--clockwise", options.clockwise,
+                 "move the cameras clockwise seen from above (default: the other way, +Z to +X)")
         .group(kViewsGroup);
     addFile(verb, "--cameras-out", "FILE", options.cameras_out,
             "write the cameras: transforms.json, scene_camera.json (BOP), or a folder (COLMAP "
             "model, with points of the layers)")
+        .group(kViewsGroup);
+}
+
+void addFirstViewOption(VerbOptions& verb, ViewListOptions& options) {
+    constexpr std::int64_t kMost = 1000000000;
+    addValue(
+        verb, "--first-view", "N", options.first,
+        [](const std::string& text) { return static_cast<int>(parseInteger(text, 0, kMost)); },
+        "number of the first view in names and results; 1 gives the frames 1 to N (default: 0)")
         .group(kViewsGroup);
 }
 
@@ -151,7 +192,7 @@ ViewList::ViewList(const ViewListOptions& options, const CameraOptions& camera, 
     for (const FileCamera& view : listed_)
         names_.push_back(view.name);
     for (int i = 0; i < options.count.value_or(0); ++i)
-        names_.push_back(viewPath("@@@@", i));
+        names_.push_back(viewPath("@@@@", options.first + i));
     if (!options.asked()) cameras_ = {camera};
 }
 
@@ -188,6 +229,9 @@ void ViewList::place(const OpenedScene& scene) {
         around.around = options_.around.value_or(Around::kSphere);
         around.seed = options_.seed.value_or(0);
         around.distance = options_.distance;
+        around.elevation = options_.elevation.value_or(around.elevation);
+        around.azimuth = options_.azimuth.value_or(0);
+        around.clockwise = options_.clockwise;
         if (camera_.fov) around.fov = *camera_.fov;
         around.size = size;
         around.through_corners = options_.through_corners;
@@ -256,6 +300,15 @@ View ViewList::view(const OpenedScene& scene, const PosedScene& posed, std::size
                                       : makeView(posed, SceneExtent(posed), cameras_[index]);
     if (asked()) view.camera_name = name(index);
     return view;
+}
+
+void ViewList::noteCamera(const View& view, const PosedScene& posed) const {
+    if (asked() || camera_.camera || view.camera_name.empty() || reporter_.quiet()) return;
+    View whole = view;
+    whole.crop = {0, 0, view.width, view.height};
+    if (cutsOff(whole, SceneExtent(posed)))
+        reporter_.noteOnce("the scene's camera " + printable(view.camera_name) +
+                           " cuts the scene off; --camera auto shows all of it");
 }
 
 }  // namespace peeler::cmd

@@ -24,7 +24,9 @@ class VerbOptions;
 inline constexpr Choice<Around> kArounds[] = {
     {"sphere", Around::kSphere, "evenly on all sides"},
     {"hemisphere", Around::kHemisphere, "evenly on the upper half"},
-    {"orbit", Around::kOrbit, "on a circle, 30° above the horizon"},
+    {"orbit", Around::kOrbit, "on a circle"},
+    {"turntable", Around::kTurntable,
+     "on a circle, as near as the whole turn allows, with margins of 5 %"},
     {"random", Around::kRandom, "at random on all sides, the same for the same --seed"},
 };
 
@@ -36,15 +38,23 @@ struct ViewListOptions {
     std::optional<Around> around;
     std::optional<std::uint64_t> seed;
     std::optional<double> distance;
+    std::optional<double> elevation, azimuth;  ///< degrees
+    bool clockwise = false;
+    int first = 0;  ///< number of the first view
     std::optional<std::filesystem::path> cameras_out;
     bool through_corners = false;  ///< value for ViewsAround::through_corners, set by presets
 
     /// Whether --cameras or --views is given, even for a single view.
     bool asked() const { return file || count; }
+    /// Whether the views lie on a circle.
+    bool turns() const { return around == Around::kOrbit || around == Around::kTurntable; }
 };
 
 /// Declares the options in ViewListOptions. `options` must outlive the parse.
 void addViewOptions(VerbOptions& verb, ViewListOptions& options);
+
+/// Declares --first-view, for verbs whose file names have the view's number.
+void addFirstViewOption(VerbOptions& verb, ViewListOptions& options);
 
 /// The views of a run: from a file, around the scene, or the single view of the camera options.
 class ViewList {
@@ -73,6 +83,8 @@ class ViewList {
 
     /// Returns the cameras of all views.
     const std::vector<CameraOptions>& cameras() const { return cameras_; }
+    /// Returns a view's number in names and results.
+    int number(std::size_t index) const { return options_.first + static_cast<int>(index); }
     /// Returns a view's name: its name in the camera file or its number; "" for a single view.
     std::string name(std::size_t index) const { return asked() ? names_[index] : ""; }
     /// Whether any view moves nodes of the scene.
@@ -89,6 +101,9 @@ class ViewList {
     }
     /// Returns the View, which has the view's name. Throws like makeView().
     View view(const OpenedScene& scene, const PosedScene& posed, std::size_t index) const;
+
+    /// Notes that the scene's camera, if no option chooses one, cuts the scene off.
+    void noteCamera(const View& view, const PosedScene& posed) const;
 
   private:
     void tell(const ReadWarnings& warnings) const;

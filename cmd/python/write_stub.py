@@ -17,7 +17,7 @@ NUMBER, INTEGER, TEXT = "float", "int", "str"
 VALUES = {
     "N": INTEGER, "A": NUMBER, "R": NUMBER, "D": NUMBER, "H": NUMBER, "K": "int | str", "PIXELS": INTEGER, "X": NUMBER, "DB": NUMBER, "MM": NUMBER,
     "MU": NUMBER, "DEGREES": NUMBER, "SECONDS": NUMBER, "STOPS": NUMBER, "SET": INTEGER, "I/N": TEXT,
-    "SIZE": "str | int", "BYTES": "str | int", "NAME": TEXT, "NAME|INDEX": "str | int",
+    "SIZE": "str | int", "BYTES": "str | int", "NAME": TEXT, "NAME|INDEX": "str | int", "NAME|INDEX|auto": "str | int",
     "NAME|INDEX|all": "str | int", "GLOB|ID": "str | int", "x|y|z": "Literal['x', 'y', 'z']", "NODE": "str | int",
     "METRES": NUMBER, "VALUE": "float | str", "WxH|W": "Sequence[int] | int", "WxH": "Sequence[int]",
     "COLOR": "str | Numbers", "MATRIX": "ArrayLike", "X,Y,Z|x|y|z": "Numbers | Literal['x', 'y', 'z']",

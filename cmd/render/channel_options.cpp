@@ -7,6 +7,7 @@
 
 #include <peeler/error.h>
 #include "cmd/cli/arguments.h"
+#include "cmd/cli/errors.h"
 #include "cmd/cli/report.h"
 #include "cmd/session/choices.h"
 #include "formats/exr/cryptomatte.h"
@@ -20,6 +21,13 @@ std::vector<Channel> parseChannels(const std::string& text) {
     std::vector<std::string_view> names;
     for (const ChannelInfo& info : channelTable())
         names.push_back(info.name);
+    constexpr std::string_view kAlways[] = {"depth", "Z",    "z",    "color", "colour",
+                                            "rgb",   "rgba", "RGBA", "alpha"};
+    for (const std::string_view name : kAlways) {
+        if ((',' + text + ',').find(',' + std::string(name) + ',') == std::string::npos) continue;
+        refuse("every fragment has R, G, B, A and Z (depth) already: '" + std::string(name) + "'",
+               "", "leave it out");
+    }
     const std::vector<std::string_view> wanted =
         text == "all" ? names : listedNames("channel", text, names);
     std::vector<Channel> channels;

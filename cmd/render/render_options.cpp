@@ -93,6 +93,7 @@ void addRenderOptions(VerbOptions& verb, RenderOptions& options) {
     addFrameOptions(verb, options.animation);
     addCameraOptions(verb, options.camera, &options.scene.reading);
     addViewOptions(verb, options.views);
+    addFirstViewOption(verb, options.views);
     addLayerOptions(verb, options.capture);
     verb.option("--samples")
         .description(
@@ -111,8 +112,8 @@ void addRenderOptions(VerbOptions& verb, RenderOptions& options) {
         .group("Output");
     verb.option("--strict")
         .description(
-            "turn warnings about the input into errors (exit code 3), and also a layer limit that "
-            "leaves out fragments (exit code 6); nothing is written then");
+            "turn warnings about the input into errors (exit code 3), and also an empty picture or "
+            "a layer limit that leaves out fragments (exit code 6); nothing is written then");
 }
 
 CaptureSettings captureSettings(const RenderOptions& options) {

@@ -182,7 +182,7 @@ std::vector<fs::path> RenderRequest::outputs() const {
 PictureNumber RenderRequest::number(std::size_t index) const {
     PictureNumber number;
     if (hasFrames()) number.frame = moment(index).frame;
-    if (hasViews()) number.view = static_cast<int>(view(index));
+    if (hasViews()) number.view = views_.number(view(index));
     return number;
 }
 
@@ -205,7 +205,7 @@ View RenderRequest::firstView(std::size_t view) const {
 }
 
 fs::path RenderRequest::firstFile(std::size_t view) const {
-    PictureNumber number{.view = static_cast<int>(view)};
+    PictureNumber number{.view = views_.number(view)};
     if (hasFrames()) number.frame = moments_.front().frame;
     fs::path file = fileOf(number);
     if (!options_.shards) return file;
@@ -266,6 +266,23 @@ OutputOptions RenderRequest::writerOptions(const PictureRequest& picture) const 
     OutputOptions output = picture.output.from(picture.provenance);
     output.automatic_exposure = meters_exposure_;
     return output;
+}
+
+std::string RenderRequest::lightText(const PosedScene& posed) const {
+    const auto& environment = scene().environment;
+    const bool studio = environment && environment->is_studio;
+    std::string text = studio ? "studio light" : environment ? "environment light" : "";
+    if (!posed.lights().empty())
+        text += text.empty() ? "the scene's lights" : ", the scene's lights";
+    if (text.empty()) text = "key light";
+    if (capture_.shading == Shading::kUnlit) text = "unlit";
+    text +=
+        ", " + std::to_string(capture_.samples) + (capture_.samples == 1 ? " sample" : " samples");
+    std::string options;
+    if (studio && !options_.appearance.environment && capture_.shading != Shading::kUnlit)
+        options += " --environment none";
+    if (capture_.samples > 1 && !options_.samples_given) options += " --samples 1";
+    return text + (options.empty() ? "" : " (as in an EXR:" + options + ')');
 }
 
 bool RenderRequest::isUpToDate(const PictureRequest& picture) const {

@@ -62,6 +62,12 @@ void checkSettings(const CaptureSettings& settings) {
     }
 }
 
+bool skipsHidden(const CaptureSettings& settings) {
+    const MethodInfo* const method = findPeelMethod(settings.method);
+    return settings.composite && method && method->exact() && settings.max_layers == 0 &&
+           !(settings.occlusion_ratio > 0) && settings.surfaces != Surfaces::kTransparent;
+}
+
 GlPlanner::GlPlanner(BandRenderer& renderer, const DrawList& draws, StageTimes& times, GlPlan& plan,
                      const Progress& progress)
     : renderer_(renderer), draws_(draws), times_(times), plan_(plan), progress_(progress) {
@@ -90,16 +96,11 @@ void GlPlanner::report(double from, double to, double share) const {
     if (progress_) progress_(plan_.share * (from + (to - from) * share));
 }
 
-/// Skips the fragments behind opaque surfaces if the composite is exact and has all layers. Opaque
-/// fragments have alpha 1, so hidden fragments cannot change such a composite. Other composites
-/// need the hidden fragments: approximations average all fragments, and layer limits count hidden
-/// fragments, too.
+/// Skips the fragments behind opaque surfaces if that does not change the composite. Other
+/// composites need them: approximations average all fragments, and layer limits count them.
 void GlPlanner::chooseSurfaces() {
     CaptureSettings& settings = plan_.settings;
-    if (!settings.composite || !plan_.method->exact() || settings.max_layers != 0 ||
-        settings.occlusion_ratio > 0 || settings.surfaces == Surfaces::kTransparent ||
-        std::ranges::none_of(draws_.draws(), &Draw::opaque))
-        return;
+    if (!skipsHidden(settings) || std::ranges::none_of(draws_.draws(), &Draw::opaque)) return;
     settings.surfaces = Surfaces::kVisible;
     renderer_.takeSurfaces();
     const PlanMethods& methods = renderer_.methods();

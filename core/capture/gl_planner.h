@@ -16,6 +16,10 @@ namespace peeler {
 /// at once, a blended tail without a composite.
 void checkSettings(const CaptureSettings& settings);
 
+/// Whether a capture may skip fragments behind opaque surfaces: its composite is exact and has all
+/// layers. Opaque fragments have alpha 1, so hidden fragments cannot change such a composite.
+bool skipsHidden(const CaptureSettings& settings);
+
 /// The planner of one plan.
 class GlPlanner {
   public:

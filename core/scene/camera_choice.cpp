@@ -20,6 +20,11 @@ namespace {
 
 constexpr std::string_view kLightPrefix = "light:";
 
+/// Whether the camera frames the scene although the scene has cameras.
+bool framesScene(const CameraChoice& choice) {
+    return choice.camera == "auto";
+}
+
 const PlacedLight& chooseLight(const std::vector<PlacedLight>& lights, const std::string& camera) {
     std::vector<std::vector<std::string>> names;
     std::vector<std::string> listed;
@@ -245,7 +250,7 @@ std::string cropText(const Window& crop) {
 }  // namespace
 
 void checkCamera(const CameraChoice& choice) {
-    if (choice.camera && choice.buildsCamera()) {
+    if (choice.camera && !framesScene(choice) && choice.buildsCamera()) {
         throw Error(ErrorKind::kUsage,
                     Parameter::kCamera + " selects a camera of the scene, but " + Parameter::kEye +
                         ", " + Parameter::kTarget + ", " + Parameter::kUp + ", " +
@@ -362,7 +367,7 @@ View makeView(const PosedScene& posed, const SceneExtent& extent, const CameraCh
     View view;
     if (choice.camera && namesLight(*choice.camera)) {
         view = viewOfLight(choice, posed);
-    } else if (!choice.buildsCamera() && !posed.cameras().empty()) {
+    } else if (!choice.buildsCamera() && !framesScene(choice) && !posed.cameras().empty()) {
         const std::vector<std::string> names = cameraNames(posed);
         std::size_t chosen = 0;
         if (choice.camera) {
@@ -377,7 +382,8 @@ View makeView(const PosedScene& posed, const SceneExtent& extent, const CameraCh
     } else if (choice.pose) {
         view = placedCamera(choice, box);
     } else {
-        if (choice.camera) chooseFrom("camera", Parameter::kCamera, *choice.camera, {});
+        if (choice.camera && !framesScene(choice))
+            chooseFrom("camera", Parameter::kCamera, *choice.camera, {});
         view = builtCamera(choice, extent);
     }
     view.projection.half_width = view.projection.half_height * aspectOf(view);

@@ -6,7 +6,9 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <ranges>
 #include <set>
+#include <utility>
 
 #include <peeler/error.h>
 #include "core/scene/elements.h"
@@ -35,6 +37,38 @@ std::set<double> momentsOf(const Scene& scene, std::span<const int> animations) 
     for (std::size_t i = 0; i < some; ++i)
         moments.insert(all[some == 1 ? 0 : i * (all.size() - 1) / (some - 1)]);
     return moments;
+}
+
+std::array<glm::dvec3, 8> corners(const Bounds& bounds) {
+    std::array<glm::dvec3, 8> points;
+    for (int i = 0; i < 8; ++i) {
+        points[static_cast<std::size_t>(i)] = {i & 1 ? bounds.max.x : bounds.min.x,
+                                               i & 2 ? bounds.max.y : bounds.min.y,
+                                               i & 4 ? bounds.max.z : bounds.min.z};
+    }
+    return points;
+}
+
+/// Keeps only the corners of the points' convex hull (Andrew's monotone chain).
+void keepHull(std::vector<glm::dvec2>& points) {
+    std::ranges::sort(points, [](const glm::dvec2& a, const glm::dvec2& b) {
+        return a.x < b.x || (a.x == b.x && a.y < b.y);
+    });
+    std::vector<glm::dvec2> hull;
+    const auto addChain = [&](const auto& chain) {
+        const std::size_t first = hull.size();
+        for (const glm::dvec2& p : chain) {
+            while (hull.size() >= first + 2) {
+                const glm::dvec2 a = hull[hull.size() - 2], ab = hull.back() - a, ap = p - a;
+                if (ab.x * ap.y - ab.y * ap.x > 0) break;
+                hull.pop_back();
+            }
+            hull.push_back(p);
+        }
+    };
+    addChain(points);
+    addChain(points | std::views::reverse);
+    points = std::move(hull);
 }
 
 }  // namespace
@@ -78,6 +112,30 @@ double SceneExtent::reach(const glm::dvec3& origin, const glm::dvec3& direction)
     return farthest;
 }
 
+std::vector<glm::dvec2> SceneExtent::profile(const glm::dvec3& centre) const {
+    constexpr std::size_t kMostPoints = 4096;  // before the hull is taken again
+    std::vector<glm::dvec2> points;
+    std::size_t most = kMostPoints;
+    const auto add = [&](const glm::dvec3& p) {
+        points.emplace_back(std::hypot(p.x - centre.x, p.z - centre.z), p.y - centre.y);
+        if (points.size() < most) return;
+        keepHull(points);
+        most = points.size() + kMostPoints;
+    };
+    if (moves_) {
+        for (const Bounds& box : boxes_)
+            for (const glm::dvec3& corner : corners(box))
+                add(corner);
+    } else if (posed_) {
+        for (const MeshInstance& instance : posed_->meshes())
+            for (std::size_t i = 0; i < posed_->primitives(instance).size(); ++i)
+                for (const glm::vec3& position : posed_->positions(instance, i))
+                    add(glm::dvec3(instance.world * glm::dvec4(position, 1)));
+    }
+    keepHull(points);
+    return points;
+}
+
 double SceneExtent::facing(const glm::dvec3& direction) const {
     double fronts = 0, backs = 0;
     if (!posed_) return 0;
@@ -115,16 +173,6 @@ constexpr double kFlat = 0.05;
 /// A flat scene is viewed from behind if its SceneExtent::facing() from the front is less than
 /// this.
 constexpr double kTurned = -0.25;
-
-std::array<glm::dvec3, 8> corners(const Bounds& bounds) {
-    std::array<glm::dvec3, 8> points;
-    for (int i = 0; i < 8; ++i) {
-        points[static_cast<std::size_t>(i)] = {i & 1 ? bounds.max.x : bounds.min.x,
-                                               i & 2 ? bounds.max.y : bounds.min.y,
-                                               i & 4 ? bounds.max.z : bounds.min.z};
-    }
-    return points;
-}
 
 }  // namespace
 

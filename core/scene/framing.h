@@ -34,9 +34,14 @@ class SceneExtent {
     /// empty.
     double reach(const glm::dvec3& origin, const glm::dvec3& direction) const;
 
-    /// Returns the mean facing of the triangles at the first moment, −1 to 1. It is computed from
-    /// the triangles' projected areas as seen from `direction`: front faces minus back faces,
-    /// divided by the sum of both. About 0 for closed surfaces; 0 if there are no triangles.
+    /// Returns the corners of the convex hull of all points in the half-plane of a turn about the
+    /// vertical axis through `centre`: distance from the axis, and height above `centre`. Empty if
+    /// the scene is empty.
+    std::vector<glm::dvec2> profile(const glm::dvec3& centre) const;
+
+    /// Returns the mean facing of the triangles at the first moment, −1 to 1: their projected areas
+    /// as seen from `direction`, front faces minus back faces, divided by the sum of both. About 0
+    /// for closed surfaces; 0 if there are no triangles.
     double facing(const glm::dvec3& direction) const;
 
   private:

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
+#include <limits>
 #include <numbers>
 #include <random>
 
@@ -13,10 +14,8 @@
 namespace peeler {
 namespace {
 
-constexpr double kOrbitElevation = 30;  // degrees
-
-/// Returns a random number in [0, 1) with 53 bits. std::uniform_real_distribution would give
-/// different numbers with different libraries.
+/// Returns a random number in [0, 1) with 53 bits. Replaces std::uniform_real_distribution, which
+/// may differ between libraries.
 double uniform(std::mt19937_64& random) {
     return static_cast<double>(random() >> 11U) * 0x1p-53;
 }
@@ -28,9 +27,9 @@ std::vector<glm::dvec3> standpoints(const ViewsAround& asked) {
     std::vector<glm::dvec3> directions;
     std::mt19937_64 random(asked.seed);
     for (int i = 0; i < asked.count; ++i) {
-        double y = std::sin(glm::radians(kOrbitElevation));
-        double turn = static_cast<double>(i) / asked.count;
-        // A sphere's points have evenly distributed heights (Archimedes).
+        double y = std::sin(glm::radians(asked.elevation));
+        double turn = (asked.clockwise ? -1.0 : 1.0) * i / asked.count + asked.azimuth / 360;
+        // Archimedes: heights on a sphere are evenly distributed.
         if (asked.around == Around::kRandom) {
             y = 2 * uniform(random) - 1;
             turn = uniform(random);
@@ -40,6 +39,34 @@ std::vector<glm::dvec3> standpoints(const ViewsAround& asked) {
         directions.emplace_back(across * std::sin(angle), y, across * std::cos(angle));
     }
     return directions;
+}
+
+/// An eye's position relative to the centre of the turn: the distance against the viewing
+/// direction, and the distance upwards in the picture.
+struct TurntableEye {
+    double back, up;
+};
+
+glm::dvec3 upInPicture(const glm::dvec3& forward) {
+    const glm::dvec3 right = glm::normalize(glm::cross(forward, glm::dvec3(0, 1, 0)));
+    return glm::cross(right, forward);
+}
+
+/// Returns the eye from which the solid that the scene sweeps just fits into the picture.
+TurntableEye turntableEye(const SceneExtent& extent, const glm::dvec3& centre,
+                          const glm::dvec3& forward, const Projection& projection) {
+    const std::vector<glm::dvec2> profile = extent.profile(centre);
+    const double size = sceneSize(extent.bounds());
+    const auto reach = [&](const glm::dvec3& direction) {
+        const double across = std::hypot(direction.x, direction.z);
+        double farthest = profile.empty() ? 0.5 * size * glm::length(direction)
+                                          : -std::numeric_limits<double>::infinity();
+        for (const glm::dvec2& p : profile)
+            farthest = std::max(farthest, p.x * across + p.y * direction.y);
+        return farthest;
+    };
+    const glm::dvec3 eye = framingEye(reach, size, false, forward, {0, 1, 0}, projection);
+    return {-glm::dot(eye, forward), glm::dot(eye, upInPicture(forward))};
 }
 
 }  // namespace
@@ -58,13 +85,20 @@ std::vector<CameraChoice> viewsAround(const ViewsAround& asked, const SceneExten
     const double focal = asked.size.height / (2 * half_height);
 
     const double inset = asked.through_corners ? 0 : 0.5;  // pixel centres have integer coordinates
+    const std::vector<glm::dvec3> directions = standpoints(asked);
+    std::optional<TurntableEye> turntable;
+    if (asked.around == Around::kTurntable && !asked.distance)
+        turntable = turntableEye(extent, middle, -directions.front(),
+                                 {.half_width = half_width, .half_height = half_height});
     std::vector<CameraChoice> cameras;
-    for (const glm::dvec3& direction : standpoints(asked)) {
+    for (const glm::dvec3& direction : directions) {
         CameraChoice& camera = cameras.emplace_back();
         camera.size = asked.size;
         camera.intrinsics = {focal, focal, asked.size.width / 2.0 - inset,
                              asked.size.height / 2.0 - inset};
-        const glm::dvec3 eye = middle + distance * direction;
+        glm::dvec3 eye = middle + distance * direction;
+        if (turntable)
+            eye = middle + turntable->back * direction + turntable->up * upInPicture(-direction);
         auto pose = lookAlong(eye, -direction, {0, 1, 0});
         if (!pose) pose = lookAlong(eye, -direction, {0, 0, -1});  // looks straight down or up
         camera.pose = *pose;

@@ -15,17 +15,21 @@ namespace peeler {
 
 /// The placement of cameras around the centre of a scene.
 enum class Around : std::uint8_t {
-    kSphere,      ///< cameras in all directions, evenly (a spherical Fibonacci lattice)
-    kHemisphere,  ///< cameras in the upper half, evenly
-    kOrbit,       ///< cameras on a circle, 30° above the horizon
-    kRandom,      ///< cameras in random directions
+    kSphere,      ///< evenly in all directions (a spherical Fibonacci lattice)
+    kHemisphere,  ///< evenly over the upper half
+    kOrbit,       ///< on a horizontal circle
+    kTurntable,   ///< on a horizontal circle, as near as the whole turn allows
+    kRandom,      ///< randomly in all directions
 };
 
 struct ViewsAround {
     int count = 1;
     Around around = Around::kSphere;
-    std::uint64_t seed = 0;            ///< seed of kRandom
-    std::optional<double> distance{};  ///< distance from the centre to the eye, in scene units
+    std::uint64_t seed = 0;            ///< for kRandom
+    std::optional<double> distance{};  ///< from the centre to the eye, scene units
+    double elevation = 30;             ///< of circles above the horizon, degrees, −90 to 90
+    double azimuth = 0;                ///< of a circle's first camera; 0 = +Z, 90 = +X; degrees
+    bool clockwise = false;            ///< direction of circles, seen from above
     double fov = 40;                   ///< vertical field of view, degrees
     /// Whether rays go through the upper left corners of pixels instead of their centres. Data-set
     /// tools do so if they count pixels from 0 and put the principal point at half the picture's
@@ -35,7 +39,8 @@ struct ViewsAround {
 };
 
 /// Returns cameras that look at the centre of the scene's bounds. +Y is up in every picture, as far
-/// as possible. If no distance is given, a sphere around the bounds fits into each picture. The
+/// as possible. If no distance is given, a sphere around the bounds fits into each picture; on a
+/// turntable, the solid of revolution that the scene sweeps fits, and is centred vertically. The
 /// cameras are calibrated (CameraChoice::pose and intrinsics), so that camera files describe them
 /// completely. The same settings give the same cameras on every machine.
 std::vector<CameraChoice> viewsAround(const ViewsAround& asked, const SceneExtent& extent);

@@ -176,6 +176,7 @@ std::vector<PictureAttribute> pictureAttributes(const Plan& plan, const Provenan
     text("peeler:renderer", provenance.renderer);
     text("peeler:deepMerge", provenance.deep_merge);
     text("peeler:tile", provenance.tile);
+    text("peeler:elements", provenance.elements);
     if (plan.view.known) {
         text("peeler:camera", plan.view.camera_name);
         text("peeler:depth", "camera z");

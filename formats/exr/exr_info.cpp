@@ -34,6 +34,7 @@ Provenance provenanceOf(const ExrInputPart& part) {
     p.renderer = part.attribute("peeler:renderer");
     p.deep_merge = part.attribute("peeler:deepMerge");
     p.tile = part.attribute("peeler:tile");
+    p.elements = part.attribute("peeler:elements");
     p.frame = numberIn<int>(part.attribute("peeler:frame"));
     if (const std::string view = part.attribute("peeler:view"); !view.empty())
         p.view = numberIn<int>(view);

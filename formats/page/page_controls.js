@@ -36,7 +36,7 @@ function start(data) {
     });
   }
   function ask() {
-    element("shown").value = (only.checked ? "only " : "") + slider.value + " of " + slider.max;
+    element("shown").value = only.checked ? "layer " + (slider.value - 1) : slider.value + " of " + slider.max;
     const { low, ramp, high } = channels[select.value];
     element("key").hidden = !low;
     element("low").textContent = low ?? "";
@@ -59,7 +59,7 @@ function start(data) {
     const digits = Math.min(Math.floor(-Math.log10(2 * error)), 4 - Math.floor(Math.log10(Math.abs(z) || 1)));
     const pixel = data.texels[4 * i], width = view.window[2];
     const told = [["Z", z.toFixed(Math.max(0, Math.min(20, digits)))],
-      ["layer", 1 + view.layerEnds.findIndex(end => i < end) + " of " + layers],
+      ["layer", view.layerEnds.findIndex(end => i < end)],
       ["pixel", view.window[0] + pixel % width + ", " + (view.window[1] + Math.floor(pixel / width))]];
     for (const [kind, ids, names] of [["object", data.objects, view.objects], ["material", data.materials, view.materials]])
       if (ids) told.push([kind, names[ids[i]] ?? ids[i]]);

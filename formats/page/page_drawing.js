@@ -16,7 +16,7 @@ const channels = {
   alpha: { name: "Alpha", low: "0", ramp: ["000000", "ffffff"], high: "1" },
   depth: { name: "Depth", low: "near " + rounded(view.depths[0]), high: "far " + rounded(view.depths[1]),
     ramp: ["fcffa4", "f9cb35", "f98e09", "e45a31", "bc3754", "8a226a", "57106e", "210c4a"] },
-  layer: { name: "Layer", low: "1", high: many(layers),
+  layer: { name: "Layer", low: "0", high: many(layers - 1),
     ramp: ["fde725", "a0da39", "4ac16d", "1fa187", "277f8e", "365c8d", "46327e", "440154"] },
   object: { name: "Object", low: many(Object.keys(view.objects ?? {}).length) + " objects, one colour each" },
   normal: { name: "Normal", low: "red to the right, green up, blue towards you" },

@@ -185,7 +185,7 @@ TEST_F(ViewPage, InABrowser) {
         const std::string text = told[pixel.name()];
         const double z = valueAt(front, "Z", pixel.x, pixel.y);
         EXPECT_TRUE(contains(text, "pixel " + pixel.place())) << text;
-        EXPECT_TRUE(contains(text, "layer 1 of 14")) << text;
+        EXPECT_TRUE(contains(text, "layer 0 ")) << text;
         EXPECT_FALSE(contains(text, "object")) << text << ": the file has no ids";
         EXPECT_NEAR(std::stod(text.substr(2)), z, 2e-5 * z) << text;
     }
@@ -239,14 +239,14 @@ TEST_F(ViewPage, TellsWhatIsShown) {
     // The page shows the surface under the pointer. Pane and wall have exact Z; the triangle's Z is
     // that of the file to five digits, the precision of the page's depths.
     const std::string of_pane = "object near <b>pane material paint of near <b>pane";
-    EXPECT_EQ(told["48,32"], "Z 3.0000 layer 1 of 3 pixel 48, 32 " + of_pane);
-    EXPECT_EQ(told["5,7"], "Z 6.0000 layer 1 of 3 pixel 5, 7 object wall material paint of wall");
+    EXPECT_EQ(told["48,32"], "Z 3.0000 layer 0 pixel 48, 32 " + of_pane);
+    EXPECT_EQ(told["5,7"], "Z 6.0000 layer 0 pixel 5, 7 object wall material paint of wall");
     const std::string turned = "object turned material paint of turned";
     for (const int x : {40, 54}) {
         const int y = x == 40 ? 32 : 30;
         const std::string place = std::to_string(x) + ", " + std::to_string(y);
         const std::string text = told[std::to_string(x) + "," + std::to_string(y)];
-        EXPECT_TRUE(text.ends_with(" layer 1 of 3 pixel " + place + " " + turned)) << text;
+        EXPECT_TRUE(text.ends_with(" layer 0 pixel " + place + " " + turned)) << text;
         EXPECT_NEAR(std::stod(text.substr(2)), valueAt(layer(1), "Z", x, y), 7e-5) << text;
     }
     EXPECT_EQ(told["middle"], told["48,32"]);
@@ -255,9 +255,9 @@ TEST_F(ViewPage, TellsWhatIsShown) {
     // The page shows a single layer.
     EXPECT_EQ(told["of all"], "3 of 3");
     EXPECT_EQ(told["two"], "2 of 3");
-    EXPECT_EQ(told["second"], "only 2 of 3");
-    const std::string second = told["only 2"];
-    EXPECT_TRUE(second.ends_with("layer 2 of 3 pixel 48, 32 " + turned)) << second;
+    EXPECT_EQ(told["second"], "layer 1");
+    const std::string second = told["only 1"];
+    EXPECT_TRUE(second.ends_with("layer 1 pixel 48, 32 " + turned)) << second;
     EXPECT_NEAR(std::stod(second.substr(2)), valueAt(layer(2), "Z", 48, 32), 7e-5) << second;
     const OIIO::ImageBuf behind = layer(2);
     int there = 0;

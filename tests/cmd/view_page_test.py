@@ -175,7 +175,7 @@ def read(page, pixels):
     page.press("o")
     page.told("second", "shown")
     page.save("only_2")
-    page.point(48, 32, "only 2")
+    page.point(48, 32, "only 1")
     page.show("layer")
     page.told("ramp from", "low")
     page.told("ramp to", "high")

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 #include <random>
+#include <sstream>
 
 #include "cmd/tiny_gltf.h"
 #include "formats/image/flat_image.h"
@@ -95,6 +96,22 @@ Primitive together(Primitive a, const Primitive& b) {
     for (const std::uint32_t index : b.indices)
         a.indices.push_back(before + index);
     return a;
+}
+
+/// The estimate of the time left extrapolates progress, so progress must grow with time.
+TEST_F(CheckVerb, ProgressGrowsWithTime) {
+    const std::string scene = write({torus(0.3, 300, 100)});
+    const Outcome run = check(scene, {"--progress", "json"});
+    std::vector<Json> lines;
+    std::istringstream text(run.err);
+    for (std::string line; std::getline(text, line);)
+        if (line.starts_with('{')) lines.push_back(Json::parse(line));
+    ASSERT_GT(lines.size(), 3U) << run.err;
+    EXPECT_EQ(lines.back().at("progress"), 1.0);
+    const double all = lines.back().at("seconds");
+    for (const Json& line : lines)
+        EXPECT_NEAR(line.at("progress").get<double>(), line.at("seconds").get<double>() / all, 0.25)
+            << run.err;
 }
 
 TEST_F(CheckVerb, ACubeIsGoodToPrint) {

@@ -186,7 +186,7 @@ TEST(Progress, PlainIsAtMostALineASecondAndTenPercent) {
     EXPECT_EQ(streams.err.str(), "peeler: render 20 %\npeeler: render 30 %\n");
 }
 
-TEST(Progress, OnePlainLineForEveryTenthBeforeTheEnd) {
+TEST(Progress, OnePlainLineForEveryTenth) {
     Streams streams;
     Console console(streams.out, streams.err, false);
     HandClock hand;
@@ -199,7 +199,29 @@ TEST(Progress, OnePlainLineForEveryTenthBeforeTheEnd) {
             progress.update(i / 1000.0);
         }
     }
-    EXPECT_EQ(lines(streams.err.str()).size(), 9U);
+    EXPECT_EQ(lines(streams.err.str()).size(), 10U);
+    EXPECT_EQ(lines(streams.err.str()).back(), "peeler: render 100 %");
+}
+
+/// A stage whose second half takes nine times as long as its first: after the slow rate is known,
+/// the bar's estimate is exact; the mean rate alone would say less.
+TEST(Progress, TheTimeLeftFollowsTheLatestRate) {
+    Streams streams;
+    Console console(streams.out, streams.err, true);
+    HandClock hand;
+    console.setProgress(ProgressStyle::kAuto);
+    console.progressLines().setClock(hand.clock());
+    ProgressReport progress(console, "check");
+    for (int i = 1; i <= 10; ++i) {
+        hand.pass(1);
+        progress.update(0.05 * i);
+    }
+    EXPECT_TRUE(streams.err.str().find("50 %, 10 s left") != std::string::npos);
+    for (int i = 1; i <= 81; ++i) {
+        hand.pass(1);
+        progress.update(0.5 + 0.5 * i / 90);
+    }
+    EXPECT_TRUE(streams.err.str().find("95 %, 9 s left") != std::string::npos);
 }
 
 TEST(Progress, BarIsClearedAtTheEnd) {
@@ -378,6 +400,15 @@ TEST(Report, SummaryIsOneLine) {
     result.fragments_counted = 2'000'000;
     EXPECT_EQ(summary(result),
               "out.exr: 1 layer, 1,234,567 fragments of 2,000,000, 1.5 MB, 812 ms");
+    // Counts are per sample, as those of layers.
+    result.fragments_counted = result.fragments_stored = 4000;
+    result.counted_samples = 4;
+    result.counts_visible = true;
+    result.camera = "main";
+    result.light = "studio light, 4 samples";
+    EXPECT_EQ(summary(result),
+              "out.exr: 1 layer, 1,000 visible fragments, camera main, studio light, 4 samples, "
+              "1.5 MB, 812 ms");
 }
 
 TEST(Report, Numbers) {

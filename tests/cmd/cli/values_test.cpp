@@ -48,12 +48,30 @@ TEST(ParseSize, TakesSidesAndAWidthAlone) {
     EXPECT_EQ(parseSize("1920"), (Size{1920, 0}));
     EXPECT_EQ(parseSize("65536x16384"), (Size{65536, 16384}));
     EXPECT_EQ(parseSize("1x1"), (Size{1, 1}));
+    EXPECT_EQ(parseSize("100X80"), (Size{100, 80}));
 }
 
 TEST(ParseSize, RefusesTheAbsurd) {
-    for (const char* text : {"", "x", "0x0", "0x10", "10x0", "-1x10", "10x-1", "10x", "x10",
-                             "1x1x1", "65537x1", "1x65537", "65536x65536", "99999999999999999999x1",
-                             "1e3x10", "nan", "10 x 10", "10X10", "4294967297x1"}) {
+    for (const char* text : {"",
+                             "x",
+                             "0x0",
+                             "0x10",
+                             "10x0",
+                             "-1x10",
+                             "10x-1",
+                             "10x",
+                             "x10",
+                             "1x1x1",
+                             "65537x1",
+                             "1x65537",
+                             "65536x65536",
+                             "99999999999999999999x1",
+                             "1e3x10",
+                             "nan",
+                             "10 x 10",
+                             "10,10",
+                             "10x10X10",
+                             "4294967297x1"}) {
         EXPECT_EQ(thrown([&] { parseSize(text); }), ErrorKind::kUsage) << text;
     }
 }
@@ -87,8 +105,13 @@ TEST(ParseColor, LinearAndSrgb) {
     const auto grey = parseColor("#80808080");
     EXPECT_NEAR(grey[0], 0.2158605F, 1e-6F);
     EXPECT_FLOAT_EQ(grey[3], 128.0F / 255.0F);
-    for (const char* text : {"", "#", "#fff", "#gg0000", "#-10000", "1,1", "1,1,1,2", "-1,0,0",
-                             "nan,0,0", "1,1,1,1,1", "red", "1e9,0,0"}) {
+    EXPECT_EQ(parseColor("#fff"), parseColor("#ffffff"));
+    EXPECT_EQ(parseColor("#8468"), parseColor("#88446688"));
+    EXPECT_EQ(parseColor("white"), (std::array<float, 4>{1, 1, 1, 1}));
+    EXPECT_EQ(parseColor("Teal"), parseColor("#008080"));
+    EXPECT_EQ(parseColor("grey"), parseColor("gray"));
+    for (const char* text : {"", "#", "#ff", "#fffff", "#ggg", "#gg0000", "#-10000", "1,1",
+                             "1,1,1,2", "-1,0,0", "nan,0,0", "1,1,1,1,1", "reddish", "1e9,0,0"}) {
         EXPECT_EQ(thrown([&] { parseColor(text); }), ErrorKind::kUsage) << text;
     }
 }

@@ -267,7 +267,7 @@ TEST(Manual, ReadsAsTheHelpDoes) {
     for (const char* line :
          {"-o, --output FILE", "#### or %04d becomes its number: .exr or", "origin + z * direction",
           "peeler extract layers.exr -o layer.####.png", "128 + n", "peeler-render(1)",
-          "#rrggbb[aa] in sRGB"})
+          "#rrggbb[aa] or #rgb[a] in sRGB"})
         EXPECT_TRUE(contains(page.out, line)) << line << '\n' << page.out;
 }
 

@@ -182,6 +182,14 @@ TEST_F(MergeCommand, ElementsRenderedApartAreThePictureOfBoth) {
         const Json told = Json::parse(runPeeler({"info", path("merged.exr"), "--json"}).out);
         EXPECT_EQ(told.at("provenance").at("scene"), "engine.glb");
         EXPECT_TRUE(told.at("provenance").at("settings").is_null());
+        const Json& elements = told.at("provenance").at("elements");
+        ASSERT_EQ(elements.size(), 2U);
+        EXPECT_EQ(elements[0].at("file"), "a.exr");
+        EXPECT_EQ(elements[0].at("scene"), "engine.glb");
+        EXPECT_EQ(elements[0].at("include"), Json::array({"housing/upper"}));
+        EXPECT_TRUE(contains(runPeeler({"info", path("merged.exr")}).out,
+                             "merged of:\n  a.exr: engine.glb, include [\"housing/upper\"]\n"
+                             "  b.exr: engine.glb, exclude [\"housing/upper\"]\n"));
         // IDs and names are still those of the scene.
         for (const std::string& from : {path("merged.exr"), whole}) {
             const Outcome flat =
@@ -204,6 +212,17 @@ TEST_F(MergeCommand, ElementsOfOtherScenesKeepTheirNames) {
     };
     const std::string a = render("a.exr", "coincident.glb"), b = render("b.exr", "engine.glb");
     ASSERT_EQ(merge({a, b, a}, {"--elements"}).exit_code, 0);
+    // A file that was merged itself counts as its elements.
+    fs::rename(path("merged.exr"), path("three.exr"));
+    ASSERT_EQ(merge({path("three.exr"), b}, {"--elements"}).exit_code, 0);
+    EXPECT_TRUE(contains(runPeeler({"info", path("merged.exr")}).out,
+                         "from: several scenes, frame 0, 0 s, by a-buffer"));
+    EXPECT_EQ(Json::parse(runPeeler({"info", path("merged.exr"), "--json"}).out)
+                  .at("provenance")
+                  .at("elements")
+                  .size(),
+              4U);
+    fs::rename(path("three.exr"), path("merged.exr"));
     const auto flat = [&](const std::string& from, const std::string& glob,
                           const std::string& name) {
         const Outcome result =

@@ -75,6 +75,30 @@ TEST_F(ForEyes, HaveFourSamplesAndTheNeutralToneMap) {
     }
 }
 
+/// Three opaque walls fill 8 x 8 pixels. Only the first is visible, in each of the four samples.
+TEST_F(ForEyes, SayHowTheyWereLitAndCountAsLayersDo) {
+    Json scene = stackScene(3);
+    scene["materials"][0].erase("alphaMode");
+    const std::string walls = writeScene(scratch_.path(), scene).string();
+    const auto said = [&](const std::string& name, std::vector<std::string> more) {
+        more.insert(more.begin(), {"render", walls, "-o", scratch_ / name, "--size", "8x8"});
+        return peeler(more).err;
+    };
+    const auto expect = [](const std::string& text, const std::string& part) {
+        EXPECT_TRUE(contains(text, part)) << part << " is not in\n" << text;
+    };
+    expect(said("a.png", {}),
+           "a.png: 1 layer, 64 visible fragments, camera front, studio light, 4 samples (as in an "
+           "EXR: --environment none --samples 1), ");
+    expect(said("b.png", {"--environment", "none", "--samples", "1"}),
+           "b.png: 1 layer, 64 visible fragments, camera front, key light, 1 sample, ");
+    expect(said("c.exr", {}), "c.exr: 3 layers, 192 fragments, camera front, ");
+    expect(said("d.png", {"--shading", "unlit", "--samples", "2"}), ", unlit, 2 samples, ");
+    scene = sunlitWall();
+    writeScene(scratch_.path(), scene);
+    expect(said("e.png", {}), ", the scene's lights, 4 samples (as in an EXR: --samples 1), ");
+}
+
 TEST_F(ForEyes, AreExposedForLampsAndSayByHowMuch) {
     const Json found = render("a.png", {});
     EXPECT_EQ(found["exposureAutomatic"], true);

@@ -61,6 +61,43 @@ TEST_F(Views, OfOneProcessAreThoseOfMany) {
     EXPECT_NE(text("one/00.exr"), text("one/01.exr"));
 }
 
+TEST_F(Views, OfATurntableCountFromOneIfAsked) {
+    const std::vector<std::string> turn{
+        "--views",   "3",  "--around",     "turntable", "--elevation", "10", "--clockwise",
+        "--azimuth", "45", "--first-view", "1"};
+    const Json views = rendered("turn.@@@@.exr", turn);
+    ASSERT_EQ(views.size(), 3U);
+    for (int i = 1; i <= 3; ++i) {
+        const Json& view = views[static_cast<std::size_t>(i - 1)];
+        const std::string file = "turn.000" + std::to_string(i) + ".exr";
+        EXPECT_EQ(view.at("view"), i);
+        EXPECT_EQ(view.at("camera"), "000" + std::to_string(i));
+        EXPECT_EQ(readExrInfo((scratch_ / file).string()).provenance.view, i);
+        EXPECT_TRUE(contains(view.at("output").get<std::string>(), file)) << view.at("output");
+    }
+    EXPECT_FALSE(fs::exists(scratch_ / "turn.0000.exr"));
+    // Parts of the turn have the same numbers and bytes.
+    std::vector<std::string> last = turn;
+    last.insert(last.end(), {"--chunk", "3/3"});
+    rendered("part.@@@@.exr", last);
+    EXPECT_EQ(text("part.0003.exr"), text("turn.0003.exr"));
+}
+
+TEST_F(Views, OnlyOfACircleHaveAnElevation) {
+    for (const std::vector<std::string>& option :
+         {std::vector<std::string>{"--elevation", "10"}, {"--azimuth", "10"}, {"--clockwise"}}) {
+        std::vector<std::string> line{"--views", "2"};
+        line.insert(line.end(), option.begin(), option.end());
+        const Outcome refused = render("@.exr", line);
+        EXPECT_EQ(refused.exit_code, 2) << option[0];
+        EXPECT_TRUE(contains(refused.err, "on a circle: " + option[0] + "\n")) << refused.err;
+        EXPECT_TRUE(contains(refused.err, "add --around turntable")) << refused.err;
+    }
+    EXPECT_EQ(render("@.exr", {"--views", "2", "--around", "orbit", "--elevation", "90"}).exit_code,
+              2);
+    EXPECT_EQ(render("a.exr", {"--first-view", "1"}).exit_code, 2);
+}
+
 TEST_F(Views, OfTheirOwnFileOfCamerasAreTheSame) {
     const std::string cameras = (scratch_ / "transforms.json").string();
     rendered("a/v_@@@.exr", {"--views", "4", "--fov", "33", "--around", "random", "--normalize",

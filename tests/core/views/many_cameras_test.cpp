@@ -75,6 +75,81 @@ TEST(ManyCameras, SeeASphereAroundTheScene) {
     }
 }
 
+TEST(ManyCameras, CirclesHaveABeginningAHeightAndADirection) {
+    for (const bool clockwise : {false, true}) {
+        const auto cameras = around({.count = 4,
+                                     .around = Around::kOrbit,
+                                     .distance = 2,
+                                     .elevation = -60,
+                                     .azimuth = 90,
+                                     .clockwise = clockwise,
+                                     .size = {8, 8}});
+        const double low = -2 * std::sin(glm::radians(60.0)), near = 1;
+        const auto offset = [&](std::size_t i) {
+            return glm::dvec3((*cameras[i].pose)[3]) - kMiddle;
+        };
+        EXPECT_NEAR(glm::distance(offset(0), {near, low, 0}), 0, 1e-12);
+        EXPECT_NEAR(glm::distance(offset(1), {0, low, clockwise ? near : -near}), 0, 1e-12);
+    }
+}
+
+/// The least margins of all pictures, as shares of the picture's sides.
+struct Margins {
+    double left = 1, right = 1, top = 1, bottom = 1;
+};
+
+Margins marginsOf(const Scene& scene, const std::vector<CameraChoice>& cameras) {
+    Margins least;
+    for (const CameraChoice& camera : cameras) {
+        const glm::dmat4 to_camera = glm::inverse(*camera.pose);
+        for (const glm::vec3& position : scene.meshes[0].primitives[0].positions) {
+            const glm::dvec3 p(to_camera * glm::dvec4(position, 1));
+            const Intrinsics& lens = *camera.intrinsics;
+            const double u = (lens.fx * p.x / -p.z + lens.cx + 0.5) / camera.size.width;
+            const double v = (lens.fy * p.y / p.z + lens.cy + 0.5) / camera.size.height;
+            least = {std::min(least.left, u), std::min(least.right, 1 - u), std::min(least.top, v),
+                     std::min(least.bottom, 1 - v)};
+        }
+    }
+    return least;
+}
+
+/// On a turntable, the margins over the whole turn are 5 % of the limiting side, and equal on
+/// opposite sides. The distance does not depend on the number of views.
+TEST(ManyCameras, ATurntableIsAsNearAsTheWholeTurnAllows) {
+    const Scene scene = boxScene();
+    for (const Size size : {Size{400, 200}, Size{200, 800}}) {
+        for (const double elevation : {0.0, 20.0, -50.0, 89.0}) {
+            ViewsAround asked{.count = 1440,
+                              .around = Around::kTurntable,
+                              .elevation = elevation,
+                              .azimuth = 10,
+                              .size = size};
+            const auto cameras = around(asked);
+            const Margins margins = marginsOf(scene, cameras);
+            EXPECT_NEAR(std::min(margins.left, margins.top), 0.05, 1e-4) << elevation;
+            EXPECT_NEAR(margins.left, margins.right, 1e-4) << elevation;
+            EXPECT_NEAR(margins.top, margins.bottom, 1e-4) << elevation;
+            asked.count = 1;
+            EXPECT_EQ(around(asked).front().pose, cameras.front().pose);
+        }
+    }
+}
+
+/// A moving scene counts at all times, by its bounds; so its margins are at least as large.
+TEST(ManyCameras, ATurntableOfAMovingSceneFramesItsBounds) {
+    const Scene scene = boxScene();
+    const auto cameras =
+        viewsAround({.count = 360, .around = Around::kTurntable, .size = {300, 200}},
+                    SceneExtent(scene, 0, {}));
+    Scene box = scene;
+    auto& positions = box.meshes[0].primitives[0].positions;
+    for (int i = 0; i < 8; ++i)
+        positions.emplace_back(i & 1 ? 1 : 3, i & 2 ? 2 : 8, i & 4 ? 3 : 7);
+    const Margins margins = marginsOf(box, cameras);
+    EXPECT_NEAR(std::min(margins.left, margins.top), 0.05, 1e-4);
+}
+
 TEST(ManyCameras, LookThroughCornersIfAsked) {
     const Scene scene = boxScene();
     const PosedScene posed(scene);

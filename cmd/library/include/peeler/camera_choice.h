@@ -40,7 +40,7 @@ Intrinsics intrinsicsOf(const View& view);
 /// frames the whole scene.
 struct CameraChoice {
     /// The camera's name, or its index in draw order. "light:", followed by a light's name or
-    /// index, selects that light.
+    /// index, selects that light. "auto" frames the whole scene, as if it had no camera.
     std::optional<std::string> camera{};
     /// World space; `up` is not 0.
     std::optional<glm::dvec3> eye{}, target{}, up{};

@@ -63,9 +63,11 @@ struct Provenance {
     std::string renderer{};    ///< the string GL_RENDERER
     std::string deep_merge{};  ///< how deep samples were merged; "" = not merged
     std::string tile{};        ///< "2/7": the second of seven strips; "" = not a tile
+    /// The elements that were merged, as a JSON array (formats/README.md, "Attributes"); "" = none.
+    std::string elements{};
     int frame = 0;
-    std::optional<int> view{};     ///< index of the view if there are several, from 0
-    double time = 0;               ///< time of the frame, seconds
+    std::optional<int> view{};     ///< number of one of many views, by default from 0
+    double time = 0;               ///< seconds
     double frames_per_second = 0;  ///< 0 = unknown or not an animation
     IdNames ids{};  ///< names of objects and materials; empty if fragments have no ids
     /// Attributes from another program's OpenEXR file, copied to OpenEXR output.

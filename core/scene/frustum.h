@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// The position of a scene relative to the sides of a view frustum.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include <peeler/view.h>
+#include "core/scene/framing.h"
+
+namespace peeler {
+
+enum class FrustumSide : std::uint8_t { kNear, kFar, kLeft, kRight, kBottom, kTop };
+
+/// Returns a side of the frustum beyond which the whole scene lies, if there is one. The frustum is
+/// that of the view's crop.
+std::optional<FrustumSide> sideBeyondWhich(const View& view, const SceneExtent& extent);
+
+/// Whether a part of the scene lies beyond a side of the frustum of the view's crop, so that the
+/// picture does not show all of the scene.
+bool cutsOff(const View& view, const SceneExtent& extent);
+
+}  // namespace peeler
