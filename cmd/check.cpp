@@ -34,8 +34,8 @@ struct CheckOptions : CaptureJobOptions {
     OutputRequest output;
     CameraOptions camera;
     bool together = false;
-    double unit = 1;                   ///< metres per scene unit
-    std::optional<double> least_wall;  ///< required wall thickness, millimetres
+    std::optional<double> unit;              ///< metres per scene unit
+    std::optional<double> least_wall, weld;  ///< millimetres
 
     bool writesPicture() const { return !output.path.empty(); }
 };
@@ -108,24 +108,32 @@ class Check {
         const PosedScene posed = job_.pose();
         CheckSettings settings;
         settings.together = options_.together;
-        settings.metres = options_.unit;
-        if (options_.least_wall)
-            settings.least_wall = *options_.least_wall / 1000 / settings.metres;
+        settings.metres = options_.unit.value_or(1);
+        const double millimetre = 1e-3 / settings.metres;
+        if (options_.least_wall) settings.least_wall = *options_.least_wall * millimetre;
+        if (options_.weld) settings.weld = *options_.weld * millimetre;
         const StageTimer timer(job_.times(), "check");
         ProgressReport progress(reporter_, "check");
+        const std::string_view unit = lengthUnitName(settings.metres);
         report_ = checkParts(posed, settings, [&](double share) { progress.update(share); });
-        noteUnit();
+        if (options_.unit && !unit.empty())
+            report_.unit = {std::string(unit), 1};
+        else
+            report_.unit.per_scene_unit = 1000 * settings.metres;
+        if (!options_.unit) noteUnit();
     }
 
-    /// Gives a hint if the scene is very large: files for printers often use millimetres, although
-    /// glTF specifies metres.
+    /// Notes the assumed unit; gives a hint instead if the scene is very large: files for printers
+    /// often use millimetres, although glTF specifies metres.
     void noteUnit() {
         constexpr double kLarge = 10;  // metres; larger than any printer
         const glm::dvec3 size = report_.bounds.max - report_.bounds.min;
         const double largest = std::max({size.x, size.y, size.z});
-        if (largest * report_.metres > kLarge && options_.unit == 1)
+        if (largest > kLarge)
             reporter_.hint("the scene is " + groupedText(static_cast<std::uint64_t>(largest)) +
                            " metres large; if the file is in millimetres, give --unit mm");
+        else
+            job_.noteUnit();
     }
 
     void writePicture() {
@@ -153,6 +161,7 @@ class Check {
         RunResult result;
         job_.finish(result);
         if (options_.writesPicture()) result.setFile(options_.output.path);
+        result.metres_per_unit = report_.metres;
         const Json json = toJson(result, toJson(report_));
         if (options_.report.file) writeReport(*options_.report.file, json);
         if (options_.report.json)
@@ -175,7 +184,8 @@ class Check {
 
 constexpr const char* kCheckFooter =
     "A part is a mesh at its place in the scene, with all its materials; vertices with\n"
-    "bit-identical positions are one vertex. A part can be printed if it is\n"
+    "bit-identical positions count as one, and those of open edges within --weld. A part can be\n"
+    "printed if it is\n"
     "  closed        every edge has an even number of triangles\n"
     "  manifold      no edge has more than two triangles\n"
     "  oriented      adjacent triangles have consistent winding; outer shells face outwards,\n"
@@ -191,7 +201,9 @@ constexpr const char* kCheckFooter =
     "against the normal of a triangle, to a face whose normal is opposite to within 30 degrees.\n"
     "It is found over the whole surface, not at samples, and accurate to 1e-4 of its value. Faces\n"
     "that share a corner form an edge, not a wall; sharp edges, of less than 30 degrees, are\n"
-    "counted. In open parts, only existing walls are measured. Alpha and textures are ignored.\n"
+    "counted. A wall between faces that other triangles cross can get arbitrarily thin; it is\n"
+    "reported apart, as the crossed wall. For open parts it is the thinnest of the existing\n"
+    "walls. Alpha and textures are ignored.\n"
     "\n"
     "Exit codes: 0 printable; 3 not printable, or the file is not a scene.";
 
@@ -213,8 +225,14 @@ VerbAction declareCheck(VerbOptions& verb) {
     addValue(verb, "--min-wall", "MM", options->least_wall, parsePositive,
              "minimum wall thickness in millimetres; a thinner wall is a problem")
         .group("Check");
-    addValue(verb, "--unit", "NAME|METRES", options->unit, parseLengthUnit,
-             "length unit of the scene, by name or in metres:")
+    addValue(verb, "--weld", "MM", options->weld, parseAtLeastZero,
+             "distance in millimetres up to which vertices of open edges count as one; 0: only at "
+             "the same position (default: a millionth of the part's size)")
+        .group("Check");
+    addValue(
+        verb, "--unit", "NAME|METRES", options->unit, parseLengthUnit,
+        "length unit of the scene, by name or in metres; texts and pictures use it, too (without "
+        "a name: millimetres):")
         .oneOf(describeChoices(kLengthUnits, true))
         .group("Check");
     verb.addFlag(

@@ -114,6 +114,7 @@ void Rays::checkFiles() const {
 
 void Rays::openScene() {
     scene_ = &job_.openScene();
+    if (!options_.scene.reading.metres_per_unit) job_.noteUnit();
     // The files that the scene refers to are known only now.
     job_.checkOutputs(eachAlone() ? outputs() : std::vector<fs::path>());
     tracer_.setScene(*scene_, job_.pose());

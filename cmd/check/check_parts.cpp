@@ -18,7 +18,8 @@ namespace {
 constexpr std::size_t kPlaces = 100;
 
 /// The shares of a part's usual time by which its stages end: topology, crossings, volumes.
-constexpr double kTopologyEnd = 0.12, kCrossingsEnd = 0.25, kVolumesEnd = 0.28;
+constexpr double kTopologyEnd = 0.12, kCrossingsEnd = 0.25, kVolumesEnd = 0.28,
+                 kWallEnd = 0.95;
 
 /// Returns a progress callback that maps a stage's share to the range from `begin` to `end`.
 Progress between(const Progress& progress, double begin, double end) {
@@ -27,12 +28,12 @@ Progress between(const Progress& progress, double begin, double end) {
 
 class PartChecker {
   public:
-    PartChecker(PartReport& report, const std::optional<double>& least_wall,
-                const Progress& progress)
-        : report_(report), least_wall_(least_wall), progress_(progress) {}
+    PartChecker(PartReport& report, const CheckSettings& settings, const Progress& progress)
+        : report_(report), settings_(settings), progress_(progress) {}
 
     void run() {
         report_.topology = findTopology(report_.mesh);
+        weld();
         if (report_.mesh.triangles.empty()) {
             add(PartProblem::kEmpty, 1, {});
             return;
@@ -49,6 +50,18 @@ class PartChecker {
     }
 
   private:
+    /// Welds points of open edges. Other points need no welding, so a closed part stays as it is.
+    void weld() {
+        report_.weld = settings_.weld.value_or(kTouching * report_.mesh.size());
+        report_.was_open = !report_.topology.closed();
+        if (!report_.was_open || !(report_.weld > 0)) return;
+        PartMesh welded = weldPoints(report_.mesh, pointsOf(report_.topology.open), report_.weld);
+        report_.welded_points = report_.mesh.points.size() - welded.points.size();
+        if (report_.welded_points == 0) return;
+        report_.mesh = std::move(welded);
+        report_.topology = findTopology(report_.mesh);
+    }
+
     void findVolumes(const TriangleTree& tree) {
         const PartTopology& topology = report_.topology;
         if (!topology.closed() || !std::ranges::all_of(topology.shells, &PartShell::orientable))
@@ -58,15 +71,18 @@ class PartChecker {
                                            between(progress_, kCrossingsEnd, kVolumesEnd));
     }
 
-    /// Finds the thinnest wall. The wall is uncertain if there are too many crossings to determine
-    /// the union.
+    /// Finds the thinnest wall, and the thinnest one with a crossed face if it is thinner. Both are
+    /// uncertain if there are too many crossings to determine the union.
     void findWall(const TriangleTree& tree) {
         FoundWall& found = report_.found_wall;
         found.certain = !report_.crossings.more && (report_.union_volume || !report_.volume);
         if (!found.certain) return;
-        found = thinnestWall(tree, between(progress_, kVolumesEnd, 1));
-        report_.wall_crossed = found.wall && (isCrossed(tree, found.wall->triangle) ||
-                                              isCrossed(tree, found.wall->opposite));
+        const std::vector<char> crossed = crossedTriangles(report_.crossings);
+        found = thinnestWall(tree, {}, between(progress_, kVolumesEnd, kWallEnd));
+        if (!found.wall || !(crossed[found.wall->triangle] || crossed[found.wall->opposite]))
+            return;
+        report_.crossed_wall = found.wall;
+        found = thinnestWall(tree, crossed, between(progress_, kWallEnd, 1));
     }
 
     void add(PartProblem kind, std::uint64_t count, std::vector<glm::dvec3> places,
@@ -112,13 +128,13 @@ class PartChecker {
         const auto flat = shellsOf(ShellSide::kFlat);
         add(PartProblem::kFlat, flat.size(), middlesOf(flat));
         addCrossings();
-        if (least_wall_) addWall();
+        if (settings_.least_wall) addWall();
     }
 
     void addWall() {
         const std::optional<Wall>& wall = report_.wall();
-        // kWallTolerance is the relative error of the measured thickness.
-        if (wall && wall->thickness < *least_wall_ * (1 - kWallTolerance))
+        // kWallTolerance is the relative error of the thickness.
+        if (wall && wall->thickness < *settings_.least_wall * (1 - kWallTolerance))
             add(PartProblem::kThinWall, 1, {wall->from});
         else if (!report_.found_wall.certain)
             add(PartProblem::kUncertainWall, 1, {});
@@ -146,7 +162,7 @@ class PartChecker {
     }
 
     PartReport& report_;
-    const std::optional<double>& least_wall_;
+    const CheckSettings& settings_;
     const Progress& progress_;
 };
 
@@ -238,7 +254,6 @@ CheckReport checkParts(const PosedScene& posed, const CheckSettings& settings,
                        const std::function<void(double)>& progress) {
     CheckReport report;
     report.metres = settings.metres;
-    report.least_wall = settings.least_wall;
     const std::vector<std::uint32_t> ordinals = posed.instanceOrdinals();
     std::vector<PartReport> parts;
     for (std::size_t i = 0; i < posed.meshes().size(); ++i) {
@@ -284,8 +299,7 @@ CheckReport checkParts(const PosedScene& posed, const CheckSettings& settings,
     for (PartReport& part : report.parts) {
         const double begin = static_cast<double>(done) / all;
         done += part.mesh.triangles.size();
-        PartChecker(part, report.least_wall,
-                    between(progress, begin, static_cast<double>(done) / all))
+        PartChecker(part, settings, between(progress, begin, static_cast<double>(done) / all))
             .run();
     }
     if (report.parts.size() > 1)

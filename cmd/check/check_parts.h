@@ -13,7 +13,9 @@ namespace peeler::cmd {
 struct CheckSettings {
     bool together = false;             ///< whether to weld all parts into one
     double metres = 1;                 ///< metres per scene unit
-    std::optional<double> least_wall;  ///< required wall thickness, scene units
+    std::optional<double> least_wall;  ///< scene units
+    /// Distance within which points of open edges are welded, scene units. None: kTouching.
+    std::optional<double> weld;
 };
 
 /// Checks the visible parts of a scene. Calls `progress` with the share of work done.

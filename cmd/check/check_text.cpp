@@ -94,51 +94,38 @@ const ProblemWords& wordsOf(PartProblem kind) {
     return *std::ranges::find(kProblems, kind, &ProblemWords::kind);
 }
 
-std::string number(double value, const char* format) {
-    std::array<char, 64> text{};
-    std::snprintf(text.data(), text.size(), format, value);
-    return text.data();
-}
-
-/// Formatting of quantities in millimetres (for manufacturing) and metres (as in glTF).
+/// Formatting of quantities in one unit.
 class Units {
   public:
-    explicit Units(double metres) : metres_(metres) {}
+    explicit Units(const ShownUnit& unit) : unit_(unit) {}
 
-    std::string millimetres(double length) const { return number(1000 * metres_ * length, "%.4f"); }
-    std::string length(double length) const {
-        return millimetres(length) + " mm (" + number(metres_ * length, "%.6g") + " m)";
-    }
+    std::string length(double length) const { return number(length, 1) + ' ' + unit_.name; }
     std::string size(const Bounds& box) const {
         const glm::dvec3 size = box.max - box.min;
-        const auto three = [](const std::string& x, const std::string& y, const std::string& z) {
-            return x + " x " + y + " x " + z;
-        };
-        const double mm = 1000 * metres_;
-        return three(number(mm * size.x, "%.6g"), number(mm * size.y, "%.6g"),
-                     number(mm * size.z, "%.6g")) +
-               " mm (" +
-               three(number(metres_ * size.x, "%.6g"), number(metres_ * size.y, "%.6g"),
-                     number(metres_ * size.z, "%.6g")) +
-               " m)";
+        return number(size.x, 1) + " x " + number(size.y, 1) + " x " + length(size.z);
     }
-    std::string area(double area) const {
-        return number(1e6 * metres_ * metres_ * area, "%.6g") + " mm2";
-    }
-    std::string volume(double volume) const {
-        const double cubic = metres_ * metres_ * metres_ * volume;
-        return number(1e9 * cubic, "%.6g") + " mm3 (" + number(cubic, "%.6g") + " m3)";
-    }
-    /// Returns the coordinates of a place as text, in scene units, as other programs show them.
-    static std::string place(const glm::dvec3& p) {
-        const auto coordinate = [](double x) {
-            return number(std::abs(x) < 1e-12 ? 0 : x, "%.6g");
+    std::string area(double area) const { return number(area, 2) + ' ' + unit_.name + '2'; }
+    std::string volume(double volume) const { return number(volume, 3) + ' ' + unit_.name + '3'; }
+    std::string place(const glm::dvec3& p) const {
+        const auto coordinate = [&](double x) {
+            return number(std::abs(x) < kNearZero ? 0 : x, 1);
         };
         return "(" + coordinate(p.x) + ", " + coordinate(p.y) + ", " + coordinate(p.z) + ")";
     }
 
   private:
-    double metres_;
+    static constexpr double kNearZero = 1e-12;  // scene units
+
+    /// Returns a number of scene units to a power, in the shown unit.
+    std::string number(double value, int power) const {
+        for (int i = 0; i < power; ++i)
+            value *= unit_.per_scene_unit;
+        std::array<char, 64> text{};
+        std::snprintf(text.data(), text.size(), "%.6g", value);
+        return text.data();
+    }
+
+    ShownUnit unit_;
 };
 
 std::string nameOf(const PartReport& part) {
@@ -155,7 +142,7 @@ std::string problemText(const PartReport& part, const FoundProblem& problem, con
                 units.volume(*part.union_volume) + " in their union";
     if (!problem.places.empty())
         text += (problem.places.size() > 1 ? ", one at " : ", at ") +
-                Units::place(problem.places.front());
+                units.place(problem.places.front());
     return text;
 }
 
@@ -178,14 +165,24 @@ std::string crossingsText(const PartReport& part) {
            countText(part.crossings.pairs.size(), "crossing");
 }
 
+std::string wallText(const Wall& wall, const Units& units) {
+    return units.length(wall.thickness) + ", from " + units.place(wall.from) + " to " +
+           units.place(wall.to);
+}
+
 std::string wallText(const PartReport& part, const Units& units) {
     const auto& [wall, certain] = part.found_wall;
-    if (!wall && certain) return "none: no faces are opposite each other";
+    if (!wall && certain)
+        return part.crossed_wall ? "none without crossings"
+                                 : "none: no faces are opposite each other";
     std::string uncertain = certain ? "" : "not determined: " + crossingsText(part);
     if (!wall) return uncertain;
-    return (certain ? "" : uncertain + "; at most ") + units.length(wall->thickness) + ", from " +
-           Units::place(wall->from) + " to " + Units::place(wall->to) +
-           (part.wall_crossed ? ", where surfaces cross" : "");
+    return (certain ? "" : uncertain + "; at most ") + wallText(*wall, units);
+}
+
+std::string weldText(const PartReport& part, const Units& units) {
+    return countText(part.welded_points, "point") + " of open edges, within " +
+           units.length(part.weld);
 }
 
 /// Returns the volume, and the volume of the union if the surfaces cross or overlap.
@@ -216,15 +213,19 @@ std::string partText(const PartReport& part, const Units& units) {
     surface += part.crossings.pairs.empty() && !part.crossings.more ? ", no crossings"
                                                                     : ", " + crossingsText(part);
     text += line("surface", surface);
+    if (part.was_open) text += line("welded", weldText(part, units));
     text += line("size", units.size(part.mesh.bounds()));
     text += line("area", units.area(part.area));
     if (part.volume) text += line("volume", volumeText(part, units));
     text += line("thinnest wall", wallText(part, units));
+    if (part.crossed_wall)
+        text += line("crossed wall", wallText(*part.crossed_wall, units) +
+                                         ", cut by a crossing: repair that first");
     if (part.sharp.empty()) return text;
     const PartEdge& edge = part.sharp.front();
     const glm::dvec3 place = (part.mesh.points[edge.a] + part.mesh.points[edge.b]) / 2.0;
     return text + line("sharp edges", counted(part.sharp.size(), "edge", " encloses", " enclose") +
-                                          " less than 30 degrees, one at " + Units::place(place));
+                                          " less than 30 degrees, one at " + units.place(place));
 }
 
 std::string overlapsText(const CheckReport& report, const Units& units) {
@@ -235,7 +236,7 @@ std::string overlapsText(const CheckReport& report, const Units& units) {
             line("overlap",
                  nameOf(report.parts[overlap.a]) + " and " + nameOf(report.parts[overlap.b]) +
                      ": " + (report.more ? "at least " : "") + countText(overlap.pairs, "pair") +
-                     " of triangles, at " + Units::place(overlap.place));
+                     " of triangles, at " + units.place(overlap.place));
     }
     if (report.overlaps.size() > kNamedParts)
         text += line("", "and " + countText(report.overlaps.size() - kNamedParts, "more overlap"));
@@ -265,13 +266,12 @@ Json numberJson(const std::optional<double>& value) {
     return value ? Json(*value) : Json();
 }
 
-Json wallJson(const PartReport& part) {
-    const auto& wall = part.wall();
+Json wallJson(const std::optional<Wall>& wall, bool crossed) {
     if (!wall) return {};
     return {{"thickness", wall->thickness},
             {"from", placeJson(wall->from)},
             {"to", placeJson(wall->to)},
-            {"crossed", part.wall_crossed}};
+            {"crossed", crossed}};
 }
 
 Json partJson(const PartReport& part) {
@@ -298,11 +298,14 @@ Json partJson(const PartReport& part) {
     json["selfIntersections"] = part.count(PartProblem::kSelfIntersections);
     json["overlaps"] = part.count(PartProblem::kOverlaps);
     json["moreCrossings"] = part.crossings.more;
+    json["weldTolerance"] = part.weld;
+    json["weldedPoints"] = part.welded_points;
     json["bounds"] = boundsJson(part.mesh.bounds());
     json["area"] = part.area;
     json["volume"] = numberJson(part.volume);
     json["unionVolume"] = numberJson(part.union_volume);
-    json["thinnestWall"] = wallJson(part);
+    json["thinnestWall"] = wallJson(part.wall(), false);
+    json["crossedWall"] = wallJson(part.crossed_wall, true);
     json["thinnestWallCertain"] = part.found_wall.certain;
     json["sharpEdges"] = part.sharp.size();
     json["problems"] = Json::array();
@@ -334,7 +337,7 @@ std::string verdictText(const CheckReport& report) {
 }
 
 std::string toText(const CheckReport& report, const std::string& file) {
-    const Units units(report.metres);
+    const Units units(report.unit);
     std::string text = printable(file, kMostOfLine) + ": " + verdictText(report) + '\n';
     const bool several = report.parts.size() > 1;
     // Lists all parts, or only the faulty ones if there are many.
@@ -361,7 +364,7 @@ Json toJson(const CheckReport& report) {
     json["volume"] = numberJson(one ? report.parts.front().volume : report.volume);
     json["unionVolume"] = numberJson(one ? report.parts.front().union_volume : report.union_volume);
     const auto thinnest = report.thinnest();
-    json["thinnestWall"] = thinnest ? wallJson(report.parts[*thinnest]) : Json();
+    json["thinnestWall"] = thinnest ? wallJson(report.parts[*thinnest].wall(), false) : Json();
     if (thinnest) json["thinnestWall"]["part"] = *thinnest;
     json["parts"] = Json::array();
     for (const PartReport& part : report.parts)

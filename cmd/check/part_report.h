@@ -48,15 +48,19 @@ struct PartReport {
     std::string name;            ///< name of the part's node
     int node = -1;               ///< index of the node; −1 = all parts joined
     std::uint32_t instance = 0;  ///< index among the node's instances
-    PartMesh mesh;               ///< the part's triangles as in the scene
-    PartMesh turned;             ///< `mesh` with all triangles oriented outwards
+    PartMesh mesh;               ///< as in the scene, after welding
+    bool was_open = false;       ///< whether there were open edges before welding
+    double weld = 0;             ///< tolerance of welding, scene units
+    std::uint64_t welded_points = 0;
+    PartMesh turned;  ///< with triangles oriented outwards
     PartTopology topology;
     std::vector<ShellSide> sides;
     Crossings crossings;
     double area = 0;
-    std::optional<double> volume, union_volume;  ///< only for closed parts; cubic scene units
-    FoundWall found_wall;
-    bool wall_crossed = false;    ///< whether a surface crosses a face of the wall
+    std::optional<double> volume, union_volume;  ///< closed parts only; cubic scene units
+    FoundWall found_wall;                        ///< between faces that nothing crosses
+    /// The thinnest wall of all, if a surface crosses one of its faces.
+    std::optional<Wall> crossed_wall;
     std::vector<PartEdge> sharp;  ///< edges with an angle below kWallAngle
     std::vector<FoundProblem> problems;
 
@@ -73,11 +77,18 @@ struct PartOverlap {
     glm::dvec3 place{0};
 };
 
+/// The unit of the numbers and coordinates in texts and pictures.
+struct ShownUnit {
+    std::string name = "mm";
+    double per_scene_unit = 1000;
+};
+
 /// The findings for the whole scene.
 struct CheckReport {
     std::vector<PartReport> parts;
-    double metres = 1;                 ///< metres per scene unit
-    std::optional<double> least_wall;  ///< required wall thickness, scene units
+    double metres = 1;  ///< metres per scene unit
+    ShownUnit unit;
+    /// Overlaps between parts.
     std::vector<PartOverlap> overlaps;
     bool more = false;  ///< whether `overlaps` is incomplete
     /// Set only if all parts are closed; cubic scene units.

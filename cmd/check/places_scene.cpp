@@ -164,9 +164,11 @@ std::vector<LegendLine> placesLegend(const CheckReport& report) {
         }
     }
     if (const auto thinnest = report.thinnest()) {
-        const double millimetres = 1000 * report.metres * report.parts[*thinnest].wall()->thickness;
+        const double thickness =
+            report.unit.per_scene_unit * report.parts[*thinnest].wall()->thickness;
         std::array<char, 64> text{};
-        std::snprintf(text.data(), text.size(), "%s: %.4f mm", kWallMark.text, millimetres);
+        std::snprintf(text.data(), text.size(), "%s: %.6g %s", kWallMark.text, thickness,
+                      report.unit.name.c_str());
         lines.push_back({kWallMark.color, text.data()});
     }
     return lines;

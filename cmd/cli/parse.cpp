@@ -124,6 +124,12 @@ double parsePositive(std::string_view text) {
     return value;
 }
 
+double parseAtLeastZero(std::string_view text) {
+    const double value = parseNumber(text);
+    if (value < 0) refuse("expected a number of at least 0");
+    return value;
+}
+
 double parsePositiveOrInfinite(std::string_view text) {
     return text == "inf" ? std::numeric_limits<double>::infinity() : parsePositive(text);
 }

@@ -22,6 +22,8 @@ namespace peeler::cmd {
 double parseNumber(std::string_view text);
 /// Parses a finite number greater than 0.
 double parsePositive(std::string_view text);
+/// Parses a finite number of at least 0.
+double parseAtLeastZero(std::string_view text);
 /// Parses a positive number or "inf".
 double parsePositiveOrInfinite(std::string_view text);
 

@@ -12,6 +12,7 @@
 #include "cmd/machine/resources.h"
 #include "cmd/options/output_checks.h"
 #include "cmd/options/output_options.h"
+#include "core/base/printable.h"
 #include "core/base/stage_times.h"
 #include "core/capture/method.h"
 #include "core/raster/hit_rasterizer.h"
@@ -133,6 +134,12 @@ const OpenedScene& CaptureJob::openScene() {
                      countText(scene.materials.size() - 1, "material") + ", " +
                      countText(scene.images.size(), "image"));
     return *scene_;
+}
+
+void CaptureJob::noteUnit() const {
+    if (!scene_->assumed()) return;
+    reporter_.note(printable(options_.scene.file.string()) + " has no unit, so 1 counts as 1 m; " +
+                   "for millimetres, add " + Parameter::kMetresPerUnit + " mm");
 }
 
 void CaptureJob::checkOutputs(std::vector<std::filesystem::path> outputs) const {

@@ -70,6 +70,8 @@ class CaptureJob {
 
     /// Reads the scene. Throws like OpenedScene(). The returned scene lives as long as the job.
     const OpenedScene& openScene();
+    /// Notes the unit that is assumed for a file without one, for verbs that report lengths.
+    void noteUnit() const;
     /// Throws like checkSceneFiles() if one of `outputs`, or the report, would replace a file of
     /// the scene.
     void checkOutputs(std::vector<std::filesystem::path> outputs) const;

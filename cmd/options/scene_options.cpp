@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cmd/options/scene_options.h"
 
+#include <algorithm>
+#include <iterator>
+
 #include <peeler/error.h>
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/parse.h"
@@ -39,6 +42,11 @@ void addSceneOptions(VerbOptions& verb, SceneOptions& options) {
         "flat triangles)")
         .group(kGroup);
     if (!verb.knows("--unit")) addUnitOption(verb, options.reading);
+}
+
+std::string_view lengthUnitName(double metres) {
+    const auto* const unit = std::ranges::find(kLengthUnits, metres, &Choice<double>::value);
+    return unit == std::end(kLengthUnits) ? std::string_view() : unit->name;
 }
 
 double parseLengthUnit(const std::string& text) {

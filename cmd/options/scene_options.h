@@ -2,6 +2,9 @@
 // The options under the heading Scene: scene, nodes, reading.
 #pragma once
 
+#include <string>
+#include <string_view>
+
 #include "cmd/session/scene_request.h"
 
 namespace peeler::cmd {
@@ -32,6 +35,8 @@ inline constexpr Choice<double> kLengthUnits[] = {
     {"in", 0.0254, "inches"},
 };
 
+/// Returns the name of a unit of this length, or "" if it has none.
+std::string_view lengthUnitName(double metres);
 /// Returns the length of a unit in metres. The text is a name from kLengthUnits or a number.
 double parseLengthUnit(const std::string& text);
 

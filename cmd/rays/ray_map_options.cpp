@@ -4,6 +4,7 @@
 #include <fnmatch.h>
 
 #include <algorithm>
+#include <numbers>
 
 #include <peeler/error.h>
 #include "cmd/cli/arguments.h"
@@ -84,7 +85,8 @@ void addRayMapOptions(VerbOptions& verb, RayMapFlags& flags) {
             },
             "attenuation of X-rays per scene unit, for materials with this name (or glob, or "
             "index); the share exp(-sum MU * length) is transmitted; may be repeated, the last "
-            "match counts")
+            "match counts (default for transmission: for all materials the value with which half "
+            "passes along the median path)")
         .group(kGroup);
     verb.addRepeated(
             "--part", "GLOB", [&flags](const std::string& text) { flags.parts.push_back(text); },
@@ -109,9 +111,6 @@ void checkRayMapFlags(const RayMapFlags& flags) {
     if (!flags.attenuation.empty() && !lengths)
         throw Error(ErrorKind::kUsage, "no map shows the attenuation", "--attenuation",
                     "add --map path-length or --map transmission");
-    if (has(RayMap::kTransmission) && flags.attenuation.empty())
-        throw Error(ErrorKind::kUsage, "no material has an attenuation", "--map transmission",
-                    "add --attenuation MATERIAL=MU");
     if (has(RayMap::kOverlap) != (flags.parts.size() == 2) || flags.parts.size() > 2)
         throw Error(ErrorKind::kUsage, "an overlap needs two parts", "--part",
                     "give --map overlap and --part twice");
@@ -119,6 +118,15 @@ void checkRayMapFlags(const RayMapFlags& flags) {
         throw Error(ErrorKind::kUsage, "a range applies to maps only", "--range", "add --map");
     if (!flags.legend && flags.maps.empty())
         throw Error(ErrorKind::kUsage, "a legend applies to maps only", "--no-legend", "add --map");
+}
+
+bool needsAttenuation(const RayMapFlags& flags) {
+    return flags.attenuation.empty() &&
+           std::ranges::find(flags.maps, RayMap::kTransmission) != flags.maps.end();
+}
+
+double startAttenuation(double path) {
+    return std::numbers::ln2 / path;
 }
 
 RayMapOptions rayMapOptions(const RayMapFlags& flags, const Scene& scene) {

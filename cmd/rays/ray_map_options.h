@@ -31,6 +31,11 @@ void addRayMapOptions(VerbOptions& verb, RayMapFlags& flags);
 /// Throws Error (kUsage) if the flags contradict each other. Does not need the scene.
 void checkRayMapFlags(const RayMapFlags& flags);
 
+/// Whether the attenuation of X-rays is needed, but not given.
+bool needsAttenuation(const RayMapFlags& flags);
+/// Returns the attenuation per scene unit that lets half of the X-rays pass along a path.
+double startAttenuation(double path);
+
 /// Returns the map options for a scene. Throws Error (kUsage) if the scene lacks a given material
 /// or node.
 RayMapOptions rayMapOptions(const RayMapFlags& flags, const Scene& scene);

@@ -2,6 +2,8 @@
 #include "cmd/rays/ray_tracer.h"
 
 #include <algorithm>
+#include <array>
+#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <utility>
@@ -11,6 +13,7 @@
 #include "cmd/cli/report.h"
 #include "cmd/machine/resources.h"
 #include "cmd/options/output_checks.h"
+#include "cmd/rays/median_path.h"
 #include "cmd/rays/ray_map_options.h"
 #include "cmd/rays/ray_results.h"
 #include "cmd/session/progress_report.h"
@@ -65,6 +68,12 @@ class BundleSink final : public Sink {
 /// Heap bytes that a bundle leaves occupied while later bundles are traced; measured on the CPU.
 constexpr std::uint64_t kLeftBytes = std::uint64_t{4} << 20;
 
+std::string numberText(double value) {
+    std::array<char, 32> text{};
+    std::snprintf(text.data(), text.size(), "%.4g", value);
+    return text.data();
+}
+
 /// Returns the capture settings for the options, without the channels that outputs add.
 CaptureSettings traceSettings(const RaysOptions& options) {
     CaptureSettings capture = options.capture;
@@ -102,8 +111,9 @@ void RayTracer::discard() {
 
 void RayTracer::make(RayTrace& trace) {
     nameFiles(trace);
-    openOutputs(trace);
     if (!source_) source_ = &job_.openHits(*posed_);
+    if (needsAttenuation(options_.maps)) findAttenuation(trace);
+    openOutputs(trace);
     count(trace);
     if (options_.sequence.dry_run) return describe(trace);
     reportForecast(trace.forecast, reporter_);
@@ -125,6 +135,33 @@ void RayTracer::nameFiles(RayTrace& trace) const {
         trace.files = {trace.output.path};
     }
     job_.checkOutputs(trace.files);
+}
+
+/// Finds the median path, which becomes half transparent. Takes a pass over all rays; a dry run
+/// does without it.
+void RayTracer::findAttenuation(RayTrace& trace) {
+    if (options_.sequence.dry_run) return;
+    RayTrace probe{.output = {}, .bundles = trace.bundles};
+    auto output = std::make_unique<MedianPath>(*posed_, solids());
+    MedianPath& paths = *output;
+    probe.outputs.push_back(std::move(output));
+    CaptureSettings capture = capture_;
+    paths.begin(probe.bundles, {});
+    for (std::size_t i = 0; i < probe.bundles.size(); ++i) {
+        const CapturePlan plan = source_->plan(probe.bundles[i].view, capture);
+        BundleSink sink(probe, i);
+        source_->capture(plan, sink);
+    }
+    trace.median_path = paths.median();
+    if (!trace.median_path) {
+        reporter_.warning("no ray passes through a solid, so everything transmits X-rays fully");
+        return;
+    }
+    reporter_.note("attenuation: " + numberText(startAttenuation(*trace.median_path)) +
+                   " per scene unit for all materials, so that half passes along the median path "
+                   "of " +
+                   numberText(*trace.median_path) + "; to change it, add " +
+                   Parameter::kAttenuation + " '*=MU'");
 }
 
 void RayTracer::openOutputs(RayTrace& trace) {
@@ -180,7 +217,14 @@ std::unique_ptr<RayOutput> RayTracer::makeOutput(const RayTrace& trace) {
     }
     if (options_.writesPictures()) {
         RayMapOptions maps = rayMapOptions(options_.maps, scene_->scene());
+        if (needsAttenuation(options_.maps))
+            maps.settings.attenuation.assign(
+                scene_->scene().materials.size(),
+                trace.median_path ? startAttenuation(*trace.median_path) : 0);
         maps.provenance = provenance;
+        const double unit = options_.scene.reading.metres_per_unit.value_or(0);
+        if (const auto name = lengthUnitName(unit); !name.empty())
+            maps.unit.emplace(std::string(name), unit);
         const Solids* inside = needsSolids(maps.settings.maps) ? &solids() : nullptr;
         return makeRayMapOutput(path, *posed_, inside, maps);
     }
@@ -296,6 +340,10 @@ void RayTracer::report(RayTrace& trace) {
     found["hits"] = trace.hits_found;
     found["largestCorrection"] =
         capture_.hit_mode == HitMode::kRaw ? Json() : Json(trace.largest_correction);
+    if (trace.median_path) {
+        found["medianPath"] = *trace.median_path;
+        found["attenuation"] = startAttenuation(*trace.median_path);
+    }
     if (trace.parity) trace.parity->addTo(found);
     for (const auto& output : trace.outputs)
         addRayResults(output->results(), found);

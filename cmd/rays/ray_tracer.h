@@ -28,7 +28,8 @@ struct RayTrace {
     /// Settings that change hits, other than the options.
     nlohmann::json settings = nlohmann::json::object();
     std::vector<std::unique_ptr<RayOutput>> outputs{};
-    const RayParity* parity = nullptr;  ///< the RayParity in `outputs`; null without --parity
+    const RayParity* parity = nullptr;           ///< one of `outputs`; null without --parity
+    std::optional<double> median_path{};         ///< if the attenuation follows from it
     std::vector<std::filesystem::path> files{};  ///< names of the files to write
     std::vector<CapturePlan> plans{};  ///< one plan per bundle; empty if hits are not counted first
     /// Number of hits of each bundle; empty if hits are not counted first.
@@ -65,6 +66,7 @@ class RayTracer {
     std::string settingsHash(const RayTrace& trace, const CaptureSettings& capture) const;
     void nameFiles(RayTrace& trace) const;
     void openOutputs(RayTrace& trace);
+    void findAttenuation(RayTrace& trace);
     std::unique_ptr<RayOutput> makeOutput(const RayTrace& trace);
     void forecastMemory(const RayTrace& trace, std::size_t bundle, const CapturePlan& plan,
                         std::uint64_t left = 0);

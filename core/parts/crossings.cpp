@@ -192,11 +192,10 @@ Crossings findCrossings(const TriangleTree& tree, const Progress& progress) {
     return found;
 }
 
-bool isCrossed(const TriangleTree& tree, std::uint32_t triangle) {
-    bool crossed = false;
-    visitMeetings(
-        tree, kTouching * tree.mesh().size(), triangle, 0,
-        [&](std::uint32_t, Meeting meeting) { crossed = crossed || meeting == Meeting::kCross; });
+std::vector<char> crossedTriangles(const Crossings& crossings) {
+    std::vector<char> crossed(crossings.touched.size());
+    for (const auto& [a, b] : crossings.pairs)
+        crossed[a] = crossed[b] = 1;
     return crossed;
 }
 

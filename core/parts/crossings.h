@@ -41,7 +41,8 @@ struct Crossings {
     std::vector<char> touched;
 };
 Crossings findCrossings(const TriangleTree& tree, const Progress& progress = {});
-/// Whether another triangle crosses `triangle` (Meeting::kCross).
-bool isCrossed(const TriangleTree& tree, std::uint32_t triangle);
+/// Returns 1 for each triangle of the mesh that another one crosses, else 0. Complete unless
+/// Crossings::more.
+std::vector<char> crossedTriangles(const Crossings& crossings);
 
 }  // namespace peeler

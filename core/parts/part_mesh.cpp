@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <bit>
+#include <functional>
 #include <numeric>
 #include <tuple>
+#include <unordered_map>
 
 #include "core/scene/elements.h"
 
@@ -133,6 +135,81 @@ PartMesh joinParts(const std::vector<const PartMesh*>& parts, bool weld) {
     return all;
 }
 
+std::vector<std::uint32_t> pointsOf(const std::vector<PartEdge>& edges) {
+    std::vector<std::uint32_t> points;
+    for (const PartEdge& edge : edges)
+        points.insert(points.end(), {edge.a, edge.b});
+    std::sort(points.begin(), points.end());
+    points.erase(std::unique(points.begin(), points.end()), points.end());
+    return points;
+}
+
+namespace {
+
+/// Points that are farther than a distance from each other, in cubic cells.
+class SparsePoints {
+  public:
+    explicit SparsePoints(double apart) : apart_(apart), cell_(4 * apart) {}
+
+    /// Returns the first point within the distance. Without one, adds this point and returns it.
+    std::uint32_t near(const glm::dvec3& p, std::uint32_t point) {
+        const glm::dvec3 least = cellOf(p - apart_), most = cellOf(p + apart_);
+        std::uint32_t found = kNone;
+        // A cell is wider than the distance's two sides, so these are all cells in reach.
+        for (const double x : {least.x, most.x})
+            for (const double y : {least.y, most.y})
+                for (const double z : {least.z, most.z})
+                    found = std::min(found, nearIn({x, y, z}, p));
+        if (found != kNone) return found;
+        cells_.emplace(cellOf(p), std::pair(p, point));
+        return point;
+    }
+
+  private:
+    static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+    struct CellHash {
+        std::size_t operator()(const glm::dvec3& cell) const {
+            const std::hash<double> hash;
+            return (hash(cell.x) * 31 + hash(cell.y)) * 31 + hash(cell.z);
+        }
+    };
+
+    glm::dvec3 cellOf(const glm::dvec3& p) const { return glm::floor(p / cell_); }
+    std::uint32_t nearIn(const glm::dvec3& cell, const glm::dvec3& p) const {
+        std::uint32_t found = kNone;
+        const auto [begin, end] = cells_.equal_range(cell);
+        for (auto it = begin; it != end; ++it)
+            if (glm::length(it->second.first - p) <= apart_)
+                found = std::min(found, it->second.second);
+        return found;
+    }
+
+    double apart_, cell_;
+    std::unordered_multimap<glm::dvec3, std::pair<glm::dvec3, std::uint32_t>, CellHash> cells_;
+};
+
+}  // namespace
+
+PartMesh weldPoints(const PartMesh& mesh, const std::vector<std::uint32_t>& candidates,
+                    double tolerance) {
+    std::vector<std::uint32_t> kept(mesh.points.size());
+    std::iota(kept.begin(), kept.end(), 0U);
+    SparsePoints sparse(tolerance);
+    for (const std::uint32_t point : candidates)
+        kept[point] = sparse.near(mesh.points[point], point);
+    PartMesh welded;
+    welded.degenerate = mesh.degenerate;
+    std::vector<std::uint32_t> number(mesh.points.size());
+    for (std::uint32_t point = 0; point < kept.size(); ++point) {
+        if (kept[point] != point) continue;
+        number[point] = static_cast<std::uint32_t>(welded.points.size());
+        welded.points.push_back(mesh.points[point]);
+    }
+    for (const auto& [a, b, c] : mesh.triangles)
+        addTriangle(welded, {number[kept[a]], number[kept[b]], number[kept[c]]});
+    return welded;
+}
+
 namespace {
 
 /// A side of a triangle.
@@ -160,11 +237,7 @@ std::vector<TriangleSide> sortedSides(const PartMesh& mesh) {
 
 /// Returns the number of groups of edges that share points (union-find over the points).
 std::uint64_t groupsOf(const std::vector<PartEdge>& edges) {
-    std::vector<std::uint32_t> points;
-    for (const PartEdge& edge : edges)
-        points.insert(points.end(), {edge.a, edge.b});
-    std::sort(points.begin(), points.end());
-    points.erase(std::unique(points.begin(), points.end()), points.end());
+    const std::vector<std::uint32_t> points = pointsOf(edges);
     std::vector<std::size_t> parent(points.size());
     std::iota(parent.begin(), parent.end(), std::size_t{0});
     const auto root = [&](std::uint32_t point) {

@@ -63,6 +63,15 @@ struct PartEdge {
     }
 };
 
+/// Returns the points of some edges, in ascending order.
+std::vector<std::uint32_t> pointsOf(const std::vector<PartEdge>& edges);
+
+/// Returns the mesh after merging each of `candidates` (in ascending order) with the first of them
+/// that is within `tolerance` (scene units, above 0). Triangles with two merged corners count as
+/// degenerate.
+PartMesh weldPoints(const PartMesh& mesh, const std::vector<std::uint32_t>& candidates,
+                    double tolerance);
+
 /// A shell: triangles connected by edges that exactly two triangles share.
 struct PartShell {
     std::uint32_t first = 0;  ///< index of the shell's largest triangle

@@ -25,11 +25,23 @@ constexpr std::uint64_t kWallSteps = 100'000'000, kWallStepsPerTriangle = 1000,
                         kWallStepsPerRay = 4000;
 constexpr double kEnd = std::numeric_limits<double>::infinity();
 
+/// Triangles that are not faces of a wall.
+class OmittedFaces {
+  public:
+    explicit OmittedFaces(const std::vector<char>& omitted) : omitted_(omitted) {}
+    bool operator[](std::size_t triangle) const {
+        return !omitted_.empty() && omitted_[triangle] != 0;
+    }
+
+  private:
+    const std::vector<char>& omitted_;
+};
+
 /// Casts rays from points of triangles into the material.
 class WallRays {
   public:
-    explicit WallRays(const TriangleTree& tree)
-        : tree_(tree), near_(kTouching * tree.mesh().size()) {}
+    WallRays(const TriangleTree& tree, const OmittedFaces& omitted)
+        : tree_(tree), omitted_(omitted), near_(kTouching * tree.mesh().size()) {}
 
     double near() const { return near_; }
 
@@ -61,6 +73,7 @@ class WallRays {
             if (inside > 0) continue;
             const glm::dvec3 other = unitOrZero(tree_.mesh().normal(hit.triangle));
             if (-glm::dot(other, unit_normal) < kFacing || hit.t >= below) return std::nullopt;
+            if (omitted_[hit.triangle]) return std::nullopt;
             if (tree_.mesh().sharedCorners(triangle, hit.triangle) > 0) return std::nullopt;
             if (tree_.windingInFront(from, unit_normal, kSlack * near_) != 0) return std::nullopt;
             const double thickness = std::max(hit.t, 0.0);
@@ -76,6 +89,7 @@ class WallRays {
     static constexpr double kSlack = 1e-6;
 
     const TriangleTree& tree_;
+    const OmittedFaces& omitted_;
     double near_;
     std::vector<LineHit> hits_;
 };
@@ -94,22 +108,22 @@ void sampleWall(std::size_t triangle, WallRays& rays, const PartMesh& mesh,
 }
 
 /// Returns the thinnest wall that rays from the middles of all triangles find. Samples a few
-/// triangles first; the other rays can end at the thickness found there.
-std::optional<Wall> sampledWall(const TriangleTree& tree, StepLimit& limit,
-                                const Progress& progress) {
+/// triangles first, so that the other rays can end early.
+std::optional<Wall> sampledWall(const TriangleTree& tree, const OmittedFaces& omitted,
+                                StepLimit& limit, const Progress& progress) {
     constexpr std::size_t kFirst = 1000;
     const PartMesh& mesh = tree.mesh();
     const std::size_t count = mesh.triangles.size();
     std::optional<Wall> first;
-    WallRays first_rays(tree);
+    WallRays first_rays(tree, omitted);
     for (std::size_t t = 0; t < count; t += std::max<std::size_t>(1, count / kFirst))
-        sampleWall(t, first_rays, mesh, first);
+        if (!omitted[t]) sampleWall(t, first_rays, mesh, first);
     std::vector<std::optional<Wall>> found((count + kWallsAtOnce - 1) / kWallsAtOnce, first);
     parallelFor(found.size(), limit, progress, [&](std::size_t i) {
-        WallRays rays(tree);
+        WallRays rays(tree, omitted);
         const std::size_t end = std::min((i + 1) * kWallsAtOnce, count);
         for (std::size_t t = i * kWallsAtOnce; t < end; ++t)
-            sampleWall(t, rays, mesh, found[i]);
+            if (!omitted[t]) sampleWall(t, rays, mesh, found[i]);
     });
     std::optional<Wall> thinnest = first;
     for (const auto& wall : found)
@@ -149,11 +163,13 @@ void cutPolygon(std::vector<glm::dvec3>& polygon, std::vector<glm::dvec3>& scrat
 /// bound, and if the pair sorts after a given pair.
 class FacePairs {
   public:
-    FacePairs(const TriangleTree& tree, double below, const std::optional<FacePair>& after)
-        : tree_(tree), below_(below), size_(tree.mesh().size()), after_(after) {}
+    FacePairs(const TriangleTree& tree, const OmittedFaces& omitted, double below,
+              const std::optional<FacePair>& after)
+        : tree_(tree), omitted_(omitted), below_(below), size_(tree.mesh().size()), after_(after) {}
 
     /// Appends the pairs of a triangle. Returns the number of triangles visited.
     std::uint64_t add(std::uint32_t triangle, std::vector<FacePair>& pairs) {
+        if (omitted_[triangle]) return 0;
         const PartMesh& mesh = tree_.mesh();
         corners_ = mesh.corners(triangle);
         normal_ = unitOrZero(mesh.normal(triangle));
@@ -163,7 +179,7 @@ class FacePairs {
         tree_.visit([&](const Bounds& box) { return meetsPrism(box); },
                     [&](std::uint32_t other) {
                         ++number;
-                        if (mesh.sharedCorners(triangle, other) > 0) return;
+                        if (omitted_[other] || mesh.sharedCorners(triangle, other) > 0) return;
                         auto pair = pairWith(mesh.corners(other));
                         if (!pair) return;
                         pair->triangle = triangle;
@@ -235,6 +251,7 @@ class FacePairs {
     static constexpr double kLeastArea = 1e-15;
 
     const TriangleTree& tree_;
+    const OmittedFaces& omitted_;
     double below_, size_;
     const std::optional<FacePair>& after_;
     std::array<glm::dvec3, 3> corners_{};
@@ -274,13 +291,13 @@ class FirstPairs {
     std::vector<FacePair> pairs_;
 };
 
-std::vector<FacePair> firstPairs(const TriangleTree& tree, double below,
-                                 const std::optional<FacePair>& after, StepLimit& limit,
-                                 const Progress& progress) {
+std::vector<FacePair> firstPairs(const TriangleTree& tree, const OmittedFaces& omitted,
+                                 double below, const std::optional<FacePair>& after,
+                                 StepLimit& limit, const Progress& progress) {
     const std::size_t count = tree.mesh().triangles.size();
     FirstPairs first;
     parallelFor((count + kWallsAtOnce - 1) / kWallsAtOnce, limit, progress, [&](std::size_t i) {
-        FacePairs finder(tree, below, after);
+        FacePairs finder(tree, omitted, below, after);
         std::vector<FacePair> pairs;
         const std::size_t end = std::min((i + 1) * kWallsAtOnce, count);
         for (std::size_t t = i * kWallsAtOnce; t < end && !limit.exceeded(); ++t) {
@@ -307,20 +324,23 @@ std::optional<Wall> wallBetween(const FacePair& pair, const TriangleTree& tree, 
 
 }  // namespace
 
-FoundWall thinnestWall(const TriangleTree& tree, const Progress& progress) {
-    constexpr double kSampled = 0.3;  // of the usual time
+FoundWall thinnestWall(const TriangleTree& tree, const std::vector<char>& omitted_triangles,
+                       const Progress& progress) {
+    const OmittedFaces omitted(omitted_triangles);
+    constexpr double kSampled = 0.5;
     const auto report = [&](double begin, double end, double share) {
         if (progress) progress(begin + (end - begin) * share);
     };
     StepLimit limit(kWallSteps + kWallStepsPerTriangle * tree.mesh().triangles.size());
     FoundWall found;
-    found.wall = sampledWall(tree, limit, [&](double share) { report(0, kSampled, share); });
+    found.wall =
+        sampledWall(tree, omitted, limit, [&](double share) { report(0, kSampled, share); });
     const double bound = found.wall ? found.wall->thickness : tree.mesh().size();
-    WallRays rays(tree);
+    WallRays rays(tree, omitted);
     std::optional<FacePair> last;
     for (std::size_t pairs = kPairsAtOnce; pairs == kPairsAtOnce && !limit.exceeded();) {
         const auto first = firstPairs(
-            tree, bound * (1 - kWallTolerance), last, limit,
+            tree, omitted, bound * (1 - kWallTolerance), last, limit,
             last ? Progress() : [&](double share) { report(kSampled, 1, share); });
         pairs = first.size();
         for (const FacePair& pair : first) {

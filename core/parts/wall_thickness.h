@@ -41,7 +41,9 @@ struct FoundWall {
 /// corner with the triangle. The search covers all points of the surface, not samples: it compares
 /// pairs of faces of which one lies behind the other. Where two faces overlap, their distance is
 /// linear, so its minimum is at a corner of the overlap. The tree's mesh must face outwards.
-FoundWall thinnestWall(const TriangleTree& tree, const Progress& progress = {});
+/// `omitted` (1 per triangle to omit; empty = none): these triangles are not faces of a wall.
+FoundWall thinnestWall(const TriangleTree& tree, const std::vector<char>& omitted = {},
+                       const Progress& progress = {});
 
 /// Returns the edges whose two faces enclose material at less than kWallAngle. A part gets
 /// arbitrarily thin toward such edges. The mesh must face outwards.

@@ -53,7 +53,8 @@ class RayMapPictures : public RayMapOutput {
         : RayMapOutput(posed, solids, options.settings),
           path_(std::move(path)),
           given_(options.range),
-          legend_(options.legend) {
+          legend_(options.legend),
+          unit_(options.unit) {
         if (maps().channels().size() != 1) {
             throw Error(
                 ErrorKind::kUsage,
@@ -151,16 +152,18 @@ class RayMapPictures : public RayMapOutput {
         view.height = std::max(view.height, view.crop.y1);
     }
 
-    /// Returns the legend for a range. Lengths are in metres, or in millimetres if all are below a
-    /// metre.
+    /// Returns the legend for a range.
     ColorBar bar(const ValueRange& range) const {
         const auto title = std::ranges::find(kTitles, map_, &std::pair<RayMap, const char*>::first);
         ColorBar bar{title->second, range.first, range.second, rampOf(map_)};
         if (!infoOf(map_).length && !isDistance(map_)) return bar;
         const bool small = std::max(std::abs(range.first), std::abs(range.second)) < 1;
-        bar.title += small ? ", mm" : ", m";
-        bar.low *= small ? 1000 : 1;
-        bar.high *= small ? 1000 : 1;
+        const auto [name, metres] =
+            unit_.value_or(small ? std::pair<std::string, double>("mm", 1e-3)
+                                 : std::pair<std::string, double>("m", 1));
+        bar.title += ", " + name;
+        bar.low /= metres;
+        bar.high /= metres;
         return bar;
     }
 
@@ -214,6 +217,7 @@ class RayMapPictures : public RayMapOutput {
     OutputOptions output_;
     std::optional<ValueRange> given_;
     bool legend_ = false;
+    std::optional<std::pair<std::string, double>> unit_;
     LegendSize size_;  ///< size of the legend of the current bundle
     RayMap map_ = RayMap::kFirst;
     std::size_t bundle_ = 0;  ///< index of the current bundle

@@ -128,7 +128,10 @@ struct RayMapOptions {
     /// Pictures: the values shown in black and in the brightest colour.
     std::optional<std::pair<double, double>> range;
     Provenance provenance;
-    bool legend = false;  ///< for pictures: whether a legend is drawn below the map
+    bool legend = false;  ///< pictures: whether a legend is drawn below the map
+    /// The name and the length, in metres, of the unit of the legend's lengths. None: metres, or
+    /// millimetres if all are below a metre.
+    std::optional<std::pair<std::string, double>> unit;
 };
 
 /// Returns an output that stores maps, which have one value per ray. EXR: a part for each bundle,

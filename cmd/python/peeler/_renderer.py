@@ -283,15 +283,15 @@ class _Everything:
         return True
 
 
-def check_scene(scene, *, together=False, unit=1.0, min_wall=None, progress=None):
-    """check_scene(scene, *, together=False, unit=1.0, min_wall=None, progress=None) -> dict
+def check_scene(scene, *, together=False, unit=1.0, min_wall=None, weld=None, progress=None):
+    """check_scene(scene, *, together=False, unit=1.0, min_wall=None, weld=None, progress=None) -> dict
 
     Whether the scene's parts can be printed; a dict like the result of `peeler check --json`. unit: metres per scene
-    unit; min_wall: millimetres.
+    unit; min_wall, weld: millimetres.
     """
     if scene._keywords.get("unit") is not None:
         raise Error("usage", "the Scene already has a unit", "unit", "open the Scene without unit, and give it here")
-    given = {"together": together, "unit": unit, "min_wall": min_wall}
+    given = {"together": together, "unit": unit, "min_wall": min_wall, "weld": weld}
     arguments = [*scene._arguments("check"), *_options.arguments("check", given)]
     return _run_quietly("check", arguments, progress=progress)
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cmath>
 #include <cstring>
 #include <nlohmann/json.hpp>
 #include <random>
@@ -120,7 +121,7 @@ TEST_F(CheckVerb, ACubeIsGoodToPrint) {
     EXPECT_EQ(text.exit_code, 0);
     EXPECT_TRUE(contains(text.out, "part.glb: good to print\n")) << text.out;
     EXPECT_TRUE(contains(text.out, "closed, manifold, facing outwards, no crossings"));
-    EXPECT_TRUE(contains(text.out, "2000.0000 mm (2 m)")) << text.out;
+    EXPECT_TRUE(contains(text.out, "thinnest wall  2000 mm, from ")) << text.out;
     EXPECT_FALSE(contains(text.err, "error")) << text.err;
     const Json result = json(scene, 0);
     EXPECT_EQ(result.at("verdict"), "good");
@@ -193,12 +194,86 @@ TEST_F(CheckVerb, ABodyWithoutVolumeIsNotGood) {
     EXPECT_TRUE(contains(beside.out, "1 shell has no volume, at (")) << beside.out;
 }
 
-TEST_F(CheckVerb, AThicknessWhereSurfacesCrossIsNamed) {
-    const std::string crossing = write({together(cube(), placed(cube(), 0.5F, {1, 0.2F, 0.1F}))});
-    EXPECT_EQ(json(crossing, 3).at("thinnestWall").at("crossed"), true);
-    EXPECT_TRUE(contains(check(crossing).out, ", where surfaces cross\n"));
-    EXPECT_EQ(json(write({cube()}), 0).at("thinnestWall").at("crossed"), false);
-    EXPECT_FALSE(contains(check(write({cube()})).out, "cross\n"));
+TEST_F(CheckVerb, AWallThatACrossingCutsIsNotTheThinnestWall) {
+    // A flat cavity, from 0.62 to 1.02 high, breaks through the top of a plate: there the wall
+    // between them gets arbitrarily thin. The plate is from -1 to 1 high.
+    Primitive plate = cube();
+    for (glm::vec3& p : plate.positions)
+        p *= glm::vec3(5, 1, 5);
+    Primitive cavity = inwards(icosphere(3));
+    for (glm::vec3& p : cavity.positions)
+        p = p * glm::vec3(2, 0.2F, 2) + glm::vec3(0.1F, 0.82F, 0.2F);
+    const std::string scene = write({together(plate, cavity)});
+    const Json result = json(scene, 3);
+    const Json& part = result.at("parts")[0];
+    EXPECT_NEAR(part.at("thinnestWall").at("thickness").get<double>(), 1.62, 0.02) << part;
+    EXPECT_EQ(part.at("thinnestWall").at("crossed"), false);
+    EXPECT_LT(part.at("crossedWall").at("thickness").get<double>(), 1e-3);
+    EXPECT_EQ(part.at("crossedWall").at("crossed"), true);
+    EXPECT_EQ(result.at("thinnestWall").at("thickness"), part.at("thinnestWall").at("thickness"));
+    const std::string text = check(scene).out;
+    EXPECT_TRUE(contains(text, "\n  thinnest wall  16")) << text;
+    EXPECT_TRUE(contains(text, "\n  crossed wall   ")) << text;
+    EXPECT_TRUE(json(write({cube()}), 0).at("parts")[0].at("crossedWall").is_null());
+    EXPECT_FALSE(contains(check(write({cube()})).out, "crossed wall"));
+}
+
+TEST_F(CheckVerb, TextsHaveOneUnit) {
+    const std::string bracket = (sourceDir() / "examples" / "scenes" / "bracket.glb").string();
+    const std::string mm = check(bracket).out;
+    EXPECT_TRUE(contains(mm, "  size           60 x 6 x 40 mm\n")) << mm;
+    EXPECT_TRUE(contains(mm, "  thinnest wall  1.2 mm, from (4.66667, 2, -18.8) to ")) << mm;
+    EXPECT_FALSE(contains(mm, " m)")) << mm;
+    const std::string metres = check(bracket, {"--unit", "m"}).out;
+    EXPECT_TRUE(contains(metres, "  size           0.06 x 0.006 x 0.04 m\n")) << metres;
+    EXPECT_TRUE(contains(metres, " 0.0012 m, from (0.00466667, 0.002, -0.0188) to ")) << metres;
+    EXPECT_FALSE(contains(metres, "mm")) << metres;
+    EXPECT_TRUE(contains(check(bracket, {"--unit", "0.002"}).out, "120 x 12 x 80 mm\n"));
+    EXPECT_TRUE(contains(check(write({cube()}), {"--unit", "cm"}).out, "volume         8 cm3\n"));
+}
+
+/// Returns the text of an STL with the cube's triangles, from 0 to 10. Odd triangles are moved by
+/// `offset`.
+std::string noisyStl(double offset) {
+    const Primitive mesh = cube();
+    std::string text = "solid box\n";
+    for (std::size_t i = 0; i < mesh.indices.size(); ++i) {
+        if (i % 3 == 0) text += "facet normal 0 0 0\nouter loop\n";
+        text += "vertex";
+        for (int axis = 0; axis < 3; ++axis)
+            text += ' ' + std::to_string(5 * (1 + double(mesh.positions[mesh.indices[i]][axis])) +
+                                         (i / 3 % 2 == 1 ? offset : 0));
+        text += i % 3 == 2 ? "\nendloop\nendfacet\n" : "\n";
+    }
+    return text + "endsolid box\n";
+}
+
+TEST_F(CheckVerb, AnStlWithNoiseIsWelded) {
+    const std::string stl = (dir_ / "box.stl").string();
+    const std::vector<std::string> mm{"--unit", "mm"};
+    writeText(stl, noisyStl(1e-6));
+    const Json box = json(stl, 0, mm).at("parts")[0];
+    EXPECT_EQ(box.at("closed"), true);
+    EXPECT_NEAR(box.at("volume").get<double>(), 1000, 0.01);
+    EXPECT_NEAR(box.at("weldTolerance").get<double>(), 1e-6 * std::sqrt(300), 1e-9);
+    EXPECT_GT(box.at("weldedPoints").get<int>(), 0);
+    EXPECT_TRUE(contains(check(stl, mm).out, "\n  welded         ")) << check(stl, mm).out;
+    EXPECT_EQ(json(stl, 3, {"--unit", "mm", "--weld", "0"}).at("parts")[0].at("closed"), false);
+    EXPECT_EQ(json(stl, 0, mm).at("metresPerUnit"), 0.001);
+    const std::string assumed = "has no unit, so 1 counts as 1 m; for millimetres, add --unit mm";
+    EXPECT_TRUE(contains(check(stl).err, assumed)) << check(stl).err;
+    EXPECT_FALSE(contains(check(stl, mm).err, assumed));
+    // --weld is in millimetres, whatever the unit of the scene.
+    writeText(stl, noisyStl(0.01));
+    EXPECT_EQ(json(stl, 3, mm).at("parts")[0].at("weldedPoints"), 0);
+    EXPECT_EQ(json(stl, 0, {"--unit", "mm", "--weld", "0.02"}).at("parts")[0].at("closed"), true);
+    EXPECT_EQ(json(stl, 3, {"--unit", "m", "--weld", "0.02"}).at("parts")[0].at("closed"), false);
+    EXPECT_EQ(json(stl, 0, {"--unit", "m", "--weld", "20"}).at("parts")[0].at("closed"), true);
+    EXPECT_EQ(check(stl, {"--weld", "-1"}).exit_code, 2);
+    // A closed part stays as it is.
+    const std::string closed = write({cube()});
+    EXPECT_EQ(json(closed, 0, {"--weld", "5000"}).at("parts")[0].at("weldedPoints"), 0);
+    EXPECT_FALSE(contains(check(closed).out, "welded"));
 }
 
 /// Returns tetrahedra with random corners inside a cube.

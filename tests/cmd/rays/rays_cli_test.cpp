@@ -11,8 +11,10 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "cmd/tiny_gltf.h"
+#include "support/closed_meshes.h"
 #include "support/python.h"
 #include "support/test_support.h"
 
@@ -316,12 +318,74 @@ TEST_P(RaysCli, RefusesRaysThatCannotBe) {
 TEST_P(RaysCli, RefusesMapsThatCannotBe) {
     expectRefused({"--axes", "--map", "thicknes"}, 2, "thickness");
     expectRefused({"--axes", "--map", "overlap"}, 2, "--part");
-    expectRefused({"--axes", "--map", "transmission"}, 2, "--attenuation");
     const Outcome run =
         rays({"--axes", "--map", "path-length", "--attenuation", "lead=3", "-o", out("a.exr")});
     EXPECT_EQ(run.exit_code, 2);
     EXPECT_NE(run.err.find("--attenuation lead"), std::string::npos) << run.err;
     EXPECT_FALSE(fs::exists(out("a.exr")));
+}
+
+/// Returns an ASCII PLY of meshes, one after the other.
+std::string plyOf(const std::vector<Primitive>& meshes) {
+    std::ostringstream points, faces;
+    std::size_t vertices = 0, triangles = 0;
+    for (const Primitive& mesh : meshes) {
+        for (const glm::vec3& p : mesh.positions)
+            points << p.x << ' ' << p.y << ' ' << p.z << '\n';
+        for (std::size_t i = 0; i < mesh.indices.size(); i += 3, ++triangles)
+            faces << "3 " << vertices + mesh.indices[i] << ' ' << vertices + mesh.indices[i + 1]
+                  << ' ' << vertices + mesh.indices[i + 2] << '\n';
+        vertices += mesh.positions.size();
+    }
+    return "ply\nformat ascii 1.0\nelement vertex " + std::to_string(vertices) +
+           "\nproperty float x\nproperty float y\nproperty float z\nelement face " +
+           std::to_string(triangles) + "\nproperty list uchar int vertex_indices\nend_header\n" +
+           points.str() + faces.str();
+}
+
+Primitive boxOf(const glm::vec3& min, const glm::vec3& max) {
+    Primitive box = cube();
+    for (glm::vec3& p : box.positions)
+        p = min + (p + 1.0F) / 2.0F * (max - min);
+    return box;
+}
+
+TEST_P(RaysCli, WithoutAttenuationTheMedianPathIsHalfTransparent) {
+    // Blocks of 10 and 30: most rays along z pass through the first.
+    const std::string file = (scratch_ / "blocks.ply").string();
+    writeText(file, plyOf({boxOf({0, 0, 0}, {8, 8, 10}), boxOf({9, 0, 0}, {12, 8, 30})}));
+    const auto run = [&](const std::vector<std::string>& more) {
+        std::vector<std::string> all{"rays",        file,          "--engine",     GetParam(),
+                                     "--direction", "0,0,1",       "--resolution", "64",
+                                     "--map",       "transmission"};
+        all.insert(all.end(), more.begin(), more.end());
+        return runPeeler(all);
+    };
+    const Outcome found = run({"-o", out("t.npz"), "--report", out("t.json")});
+    ASSERT_EQ(found.exit_code, 0) << found.err;
+    EXPECT_NE(found.err.find("attenuation: 0.06931 per scene unit"), std::string::npos)
+        << found.err;
+    const auto report = nlohmann::json::parse(bytesOf(out("t.json")));
+    EXPECT_NEAR(report.at("medianPath").get<double>(), 10, 1e-5);
+    EXPECT_NEAR(report.at("attenuation").get<double>(), std::log(2) / 10, 1e-8);
+    EXPECT_NEAR(report.at("maps")[0].at("channels")[0].at("least").get<double>(), 0.125, 1e-6);
+    // The unit that was assumed is named once.
+    const std::string unit = "has no unit, so 1 counts as 1 m; for millimetres, add --unit mm";
+    EXPECT_NE(found.err.find(unit), std::string::npos) << found.err;
+    EXPECT_EQ(found.err.find(unit), found.err.rfind(unit));
+    // The same attenuation gives the same file.
+    const Outcome given =
+        run({"-o", out("g.npz"), "--unit", "mm", "--attenuation",
+             "*=" + std::to_string(1000 * std::log(2) / 10), "--report", out("g.json")});
+    ASSERT_EQ(given.exit_code, 0) << given.err;
+    EXPECT_EQ(given.err.find(unit), std::string::npos) << given.err;
+    const auto again = nlohmann::json::parse(bytesOf(out("g.json")));
+    EXPECT_FALSE(again.contains("attenuation"));
+    EXPECT_NEAR(again.at("maps")[0].at("channels")[0].at("least").get<double>(), 0.125, 1e-5);
+    // Nothing is inside of a triangle.
+    const Outcome none = rays({"--axes", "--map", "transmission", "-o", out("none.exr")});
+    EXPECT_EQ(none.exit_code, 0);
+    EXPECT_NE(none.err.find("no ray passes through a solid"), std::string::npos) << none.err;
 }
 
 TEST_P(RaysCli, NoPictureOfASeriesIsReplaced) {

@@ -160,6 +160,41 @@ TEST(PartCheck, ACubeInsideOutIsFoundAndTurnedBack) {
     EXPECT_NEAR(part.volume(), 8, 1e-12);
 }
 
+TEST(PartCheck, PointsOfOpenEdgesAreWeldedWithinTheTolerance) {
+    // A box of 10, each triangle with corners of its own, off by at most 1e-6 along each axis.
+    std::mt19937 random(45);
+    std::uniform_real_distribution<double> noise(-1e-6, 1e-6);
+    const PartMesh exact = Checked::meshOf({box({0, 0, 0}, {10, 10, 10})}, glm::dmat4(1));
+    PartMesh mesh;
+    for (std::size_t t = 0; t < exact.triangles.size(); ++t) {
+        for (const glm::dvec3& p : exact.corners(t))
+            mesh.points.push_back(p + glm::dvec3(noise(random), noise(random), noise(random)));
+        const auto first = static_cast<std::uint32_t>(3 * t);
+        mesh.triangles.push_back({first, first + 1, first + 2});
+    }
+    const std::vector<std::uint32_t> open = pointsOf(findTopology(mesh).open);
+    EXPECT_EQ(open.size(), 36U);
+    EXPECT_EQ(weldPoints(mesh, open, 1e-9).points.size(), 36U);
+    const Checked welded(weldPoints(mesh, open, 1e-5));
+    EXPECT_EQ(welded.raw.points.size(), 8U);
+    EXPECT_TRUE(welded.good());
+    EXPECT_NEAR(welded.volume(), 1000, 1e-3);
+    EXPECT_NEAR(welded.wall(), 10, 1e-4);
+    // Triangles shorter than the tolerance disappear.
+    const PartMesh point = weldPoints(mesh, open, 100);
+    EXPECT_TRUE(point.triangles.empty());
+    EXPECT_EQ(point.degenerate, 12U);
+}
+
+TEST(PartCheck, OmittedFacesHaveNoWall) {
+    const Checked part({box({0, 0, 0}, {10, 20, 30})});
+    std::vector<char> omitted(12);
+    EXPECT_NEAR(thinnestWall(part.tree, omitted).wall->thickness, 10, 1e-9);
+    for (std::uint32_t t = 0; t < 12; ++t)
+        omitted[t] = std::abs(part.turned.normal(t).x) > 0 ? 1 : 0;
+    EXPECT_NEAR(thinnestWall(part.tree, omitted).wall->thickness, 20, 1e-9);
+}
+
 TEST(PartCheck, ACavityIsTakenAway) {
     const Checked part({cube(), inwards(placed(cube(), 0.5F, {0.1F, 0, 0}))}, askew());
     EXPECT_TRUE(part.good());
