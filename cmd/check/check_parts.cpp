@@ -18,8 +18,7 @@ namespace {
 constexpr std::size_t kPlaces = 100;
 
 /// The shares of a part's usual time by which its stages end: topology, crossings, volumes.
-constexpr double kTopologyEnd = 0.12, kCrossingsEnd = 0.25, kVolumesEnd = 0.28,
-                 kWallEnd = 0.95;
+constexpr double kTopologyEnd = 0.12, kCrossingsEnd = 0.25, kVolumesEnd = 0.28, kWallEnd = 0.95;
 
 /// Returns a progress callback that maps a stage's share to the range from `begin` to `end`.
 Progress between(const Progress& progress, double begin, double end) {
