@@ -20,7 +20,7 @@ struct Shot {
     ScratchDir folder;
     std::string scene = writeScene(folder.path(), stackScene(1)).string();
 
-    void write(const nlohmann::json& json) const { writeScene(folder.path(), json); }
+    void write(const nlohmann::json& json) const;
     std::string file(const char* name) const { return (folder / name).string(); }
     Outcome run(const char* verb, const std::string& in, const char* out, Options options) const {
         options.insert(options.begin(), {verb, in, "-o", file(out)});
@@ -31,6 +31,11 @@ struct Shot {
         return run("render", scene, out, options);
     }
 };
+
+// GCC 12 would warn about a dangling pointer if it inlined this function.
+[[gnu::noinline]] void Shot::write(const nlohmann::json& json) const {
+    writeScene(folder.path(), json);
+}
 
 /// Expects that a run warns that its picture is empty for this reason, and that --strict refuses
 /// the picture with exit code 6.
