@@ -20,8 +20,7 @@ int main(int count, char** arguments) {
     const auto camera = nlohmann::json::parse(text);
     const double width = camera["width"], height = camera["height"];
     const double half_width = camera["halfWidth"], half_height = camera["halfHeight"];
-    // The matrix as a list of rows.
-    const std::vector<std::vector<double>> m = camera["cameraToWorld"];
+    const std::vector<std::vector<double>> m = camera["cameraToWorld"];  // list of matrix rows
     const bool perspective = camera["projection"] == "perspective";
     double points = 0, sum[3] = {};
     double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};

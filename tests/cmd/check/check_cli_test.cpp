@@ -228,7 +228,7 @@ TEST_F(CheckVerb, TextsHaveOneUnit) {
     EXPECT_TRUE(contains(metres, "  size           0.06 x 0.006 x 0.04 m\n")) << metres;
     EXPECT_TRUE(contains(metres, " 0.0012 m, from (0.00466667, 0.002, -0.0188) to ")) << metres;
     EXPECT_FALSE(contains(metres, "mm")) << metres;
-    EXPECT_TRUE(contains(check(bracket, {"--unit", "0.002"}).out, "120 x 12 x 80 mm\n"));
+    EXPECT_TRUE(contains(check(bracket, {"--unit", "0.002"}).out, " 0.12 x 0.012 x 0.08 mm\n"));
     EXPECT_TRUE(contains(check(write({cube()}), {"--unit", "cm"}).out, "volume         8 cm3\n"));
 }
 
@@ -260,7 +260,8 @@ TEST_F(CheckVerb, AnStlWithNoiseIsWelded) {
     EXPECT_TRUE(contains(check(stl, mm).out, "\n  welded         ")) << check(stl, mm).out;
     EXPECT_EQ(json(stl, 3, {"--unit", "mm", "--weld", "0"}).at("parts")[0].at("closed"), false);
     EXPECT_EQ(json(stl, 0, mm).at("metresPerUnit"), 0.001);
-    const std::string assumed = "has no unit, so 1 counts as 1 m; for millimetres, add --unit mm";
+    // The box is 10 metres large.
+    const std::string assumed = "if the file is in millimetres, give --unit mm";
     EXPECT_TRUE(contains(check(stl).err, assumed)) << check(stl).err;
     EXPECT_FALSE(contains(check(stl, mm).err, assumed));
     // --weld is in millimetres, whatever the unit of the scene.

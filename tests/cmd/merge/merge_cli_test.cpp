@@ -46,7 +46,8 @@ class MergeCommand : public testing::Test {
     Outcome merge(std::vector<std::string> tiles,
                   const std::vector<std::string>& options = {}) const {
         tiles.insert(tiles.begin(), "merge");
-        tiles.insert(tiles.end(), {"-o", path("merged.exr")});
+        if (std::ranges::count(options, "-o") == 0)
+            tiles.insert(tiles.end(), {"-o", path("merged.exr")});
         tiles.insert(tiles.end(), options.begin(), options.end());
         return runPeeler(tiles);
     }

@@ -373,7 +373,7 @@ TEST_F(Dense, WhatDoesNotGoTogetherIsRefused) {
     render("a.npz", {"--background", "1,1,1"}, {"--background"});
     render("a.npz", {"--exposure", "1"}, {"--exposure"});
     render("a.npz", {"--no-composite"}, {"--no-composite"});
-    refused({"render", glasses_, "-o", "-.png", "--as", "lari"}, {"one file"});
+    refused({"render", glasses_, "-o", "-.png", "--as", "lari"}, {"several files"});
     refused({"rays", glasses_, "-o", path("a.ply"), "--axes", "--dense", "2"}, {"--dense", ".npz"});
     refused({"rays", glasses_, "-o", path("a.npz"), "--voxels", "8", "--dense", "2"}, {"--dense"});
     refused({"rays", glasses_, "-o", path("a.npz"), "--axes", "--fill", "0"}, {"--fill"});

@@ -40,6 +40,7 @@ struct Shot {
 /// Expects that a run warns that its picture is empty for this reason, and that --strict refuses
 /// the picture with exit code 6.
 void expectEmpty(const Shot& shot, Options options, const std::string& reason) {
+    SCOPED_TRACE(reason);
     const Outcome kept = shot.render(options);
     EXPECT_EQ(kept.exit_code, 0) << kept.err;
     EXPECT_TRUE(contains(kept.err, "warning: " + shot.file("out.exr") + " is empty: " + reason))
