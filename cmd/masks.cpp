@@ -181,7 +181,6 @@ void Masks::open() {
     views_.place(*scene_);
     for (std::size_t view = 0; view < views_.size(); ++view)
         seen_.push_back(views_.view(*scene_, poseOf(view), view));
-    views_.noteCamera(seen_.front(), poseOf(0));
     objects_ = objectsOf(job_.pose(), options_.objects);
     folder_.emplace(MaskFolderOptions{options_.output, options_.formats, options_.objects.text(),
                                       std::string("peeler ") + PEELER_VERSION},

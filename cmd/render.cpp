@@ -228,7 +228,9 @@ void Render::prepare(Picture& picture) {
     else
         job_.openRenderer(*asked.posed);
     GlRenderer& renderer = *job_.renderer();
-    if (!size_told_) request_.views().noteCamera(asked.view, *asked.posed);
+    // Told once, with the first picture.
+    picture.result.camera_cut = !size_told_ && !reporter_.quiet() &&
+                                request_.views().cutsSceneOff(asked.view, *asked.posed);
     meterExposure(asked);
     if (asked.next) renderer.setNextFrame(std::move(*asked.next));
     asked.provenance.renderer = job_.device().renderer;
@@ -401,12 +403,12 @@ void Render::report(Picture& picture) {
     describeFiles(asked.output, result, reporter_);
     if (options_.shards) options_.shards->add(asked, result);
     describeDisplay(picture.written, request_.metersExposure(), result);
-    if (!noted_) noteDisplay(result, reporter_);
-    noted_ = true;
+    const bool first = !std::exchange(noted_, true);
+    if (first) noteDisplay(result, reporter_);
     const CaptureSettings& capture = asked.capture;
     result.counted_samples = capture.composite ? result.samples : 1;
     result.counts_visible = skipsHidden(capture);
-    if (result.display) result.light = request_.lightText(*asked.posed);
+    if (result.display) result.light = request_.lightText(*asked.posed, first);
     finishProgress(picture);
     addResult(result);
 }

@@ -218,7 +218,10 @@ std::string summary(const PictureResult& result) {
         text += " of " + groupedText(result.fragments_counted / samples);
     }
     // Views have names of their own.
-    if (!result.view && !result.camera.empty()) text += ", camera " + printable(result.camera);
+    if (!result.view && !result.camera.empty()) {
+        text += ", camera " + printable(result.camera) +
+                (result.camera_cut ? " (cuts the scene off; --camera auto shows all of it)" : "");
+    }
     if (!result.light.empty()) text += ", " + result.light;
     return text + ", " + bytesText(result.bytes) + ", " + totalText(result.milliseconds);
 }

@@ -101,9 +101,10 @@ struct PictureResult : RunResult {
     std::uint64_t fragments_blended = 0;  ///< a part of the fragments not stored
     int samples = 1;                      ///< sub-pixel samples per pixel
     /// For the summary: the samples whose fragments the counts add up, whether the counts omit
-    /// fragments behind opaque surfaces, and the light of a display picture.
+    /// fragments behind opaque surfaces, the camera, and the light of a display picture.
     int counted_samples = 1;
     bool counts_visible = false;
+    bool camera_cut = false;  ///< whether to say that the camera cuts the scene off
     std::string light{};
     std::string method;
     int passes = 0;

@@ -16,7 +16,6 @@
 #include "cmd/cli/errors.h"
 #include "cmd/cli/parse.h"
 #include "cmd/cli/report.h"
-#include "core/base/printable.h"
 #include "core/scene/frustum.h"
 #include "formats/file/file_name.h"
 
@@ -302,13 +301,11 @@ View ViewList::view(const OpenedScene& scene, const PosedScene& posed, std::size
     return view;
 }
 
-void ViewList::noteCamera(const View& view, const PosedScene& posed) const {
-    if (asked() || camera_.camera || view.camera_name.empty() || reporter_.quiet()) return;
+bool ViewList::cutsSceneOff(const View& view, const PosedScene& posed) const {
+    if (asked() || camera_.camera || view.camera_name.empty()) return false;
     View whole = view;
     whole.crop = {0, 0, view.width, view.height};
-    if (cutsOff(whole, SceneExtent(posed)))
-        reporter_.noteOnce("the scene's camera " + printable(view.camera_name) +
-                           " cuts the scene off; --camera auto shows all of it");
+    return cutsOff(whole, SceneExtent(posed));
 }
 
 }  // namespace peeler::cmd

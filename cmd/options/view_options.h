@@ -102,8 +102,8 @@ class ViewList {
     /// Returns the View, which has the view's name. Throws like makeView().
     View view(const OpenedScene& scene, const PosedScene& posed, std::size_t index) const;
 
-    /// Notes that the scene's camera, if no option chooses one, cuts the scene off.
-    void noteCamera(const View& view, const PosedScene& posed) const;
+    /// Whether no option chooses the camera, and the scene's own cuts the scene off.
+    bool cutsSceneOff(const View& view, const PosedScene& posed) const;
 
   private:
     void tell(const ReadWarnings& warnings) const;

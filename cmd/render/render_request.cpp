@@ -268,7 +268,7 @@ OutputOptions RenderRequest::writerOptions(const PictureRequest& picture) const 
     return output;
 }
 
-std::string RenderRequest::lightText(const PosedScene& posed) const {
+std::string RenderRequest::lightText(const PosedScene& posed, bool with_options) const {
     const auto& environment = scene().environment;
     const bool studio = environment && environment->is_studio;
     std::string text = studio ? "studio light" : environment ? "environment light" : "";
@@ -278,6 +278,7 @@ std::string RenderRequest::lightText(const PosedScene& posed) const {
     if (capture_.shading == Shading::kUnlit) text = "unlit";
     text +=
         ", " + std::to_string(capture_.samples) + (capture_.samples == 1 ? " sample" : " samples");
+    if (!with_options) return text;
     std::string options;
     if (studio && !options_.appearance.environment && capture_.shading != Shading::kUnlit)
         options += " --environment none";

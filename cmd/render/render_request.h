@@ -70,9 +70,9 @@ class RenderRequest {
     /// Whether to meter the exposure: for display pictures of scenes with lights, unless --exposure
     /// is given.
     bool metersExposure() const { return meters_exposure_; }
-    /// Returns the light and the samples of display pictures as text, and, if these are the
-    /// defaults of display formats, the options that give those of an EXR.
-    std::string lightText(const PosedScene& posed) const;
+    /// Returns the light and the samples of display pictures as text. If `with_options` and these
+    /// are the defaults of display formats, adds the options that give those of an EXR.
+    std::string lightText(const PosedScene& posed, bool with_options) const;
     /// Returns the options for a picture's writer, including the provenance. A metered exposure is
     /// not set yet.
     OutputOptions writerOptions(const PictureRequest& picture) const;

@@ -181,7 +181,6 @@ void SceneSheet::openRenderer() {
     renderer_ = job_.renderer();
     if (renderer_) return renderer_->setPose(posed_);
     renderer_ = &job_.openRenderer(posed_);
-    views_.noteCamera(view_, posed_);
     if (!request_.cells.meters || posed_.lights().empty() || capture_.shading == Shading::kUnlit)
         return;
     if (!exposure_) exposure_ = job_.meterExposure(capture_, views_.cameras());

@@ -88,11 +88,16 @@ TEST_F(ForEyes, SayHowTheyWereLitAndCountAsLayersDo) {
         EXPECT_TRUE(contains(text, part)) << part << " is not in\n" << text;
     };
     expect(said("a.png", {}),
-           "a.png: 1 layer, 64 visible fragments, camera front, studio light, 4 samples (as in an "
+           "a.png: 1 layer, 64 visible fragments, camera front (cuts the scene off; --camera auto "
+           "shows all of it), studio light, 4 samples (as in an "
            "EXR: --environment none --samples 1), ");
     expect(said("b.png", {"--environment", "none", "--samples", "1"}),
-           "b.png: 1 layer, 64 visible fragments, camera front, key light, 1 sample, ");
-    expect(said("c.exr", {}), "c.exr: 3 layers, 192 fragments, camera front, ");
+           "b.png: 1 layer, 64 visible fragments, camera front (cuts the scene off; --camera auto "
+           "shows all of it), key light, 1 sample, ");
+    expect(said("c.exr", {}), "c.exr: 3 layers, 192 fragments, camera front (cuts ");
+    const std::string views = said("@.png", {"--views", "2"});
+    expect(views, "0000.png: ");
+    EXPECT_EQ(views.find("as in an EXR"), views.rfind("as in an EXR")) << "once a run\n" << views;
     expect(said("d.png", {"--shading", "unlit", "--samples", "2"}), ", unlit, 2 samples, ");
     scene = sunlitWall();
     writeScene(scratch_.path(), scene);
