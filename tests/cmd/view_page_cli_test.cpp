@@ -276,8 +276,8 @@ TEST_F(ViewPage, TellsWhatIsShown) {
     EXPECT_GT(there, 100);
 
     // Channels of the second layer, of the first, and of all.
-    EXPECT_EQ(told["ramp from"], "1");
-    EXPECT_EQ(told["ramp to"], "3");
+    EXPECT_EQ(told["ramp from"], "0");
+    EXPECT_EQ(told["ramp to"], "2");
     expectColor("layer_2", 48, 32, {35, 144, 139});  // the colour at the middle of viridis
     expectColor("layer_2", 5, 7, {0, 0, 0});
     expectColor("alpha_1", 48, 32, {128, 128, 128});
