@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <ranges>
 #include <set>
 #include <utility>
 
@@ -55,7 +54,7 @@ void keepHull(std::vector<glm::dvec2>& points) {
         return a.x < b.x || (a.x == b.x && a.y < b.y);
     });
     std::vector<glm::dvec2> hull;
-    const auto addChain = [&](const auto& chain) {
+    const auto addChain = [&](const std::vector<glm::dvec2>& chain) {
         const std::size_t first = hull.size();
         for (const glm::dvec2& p : chain) {
             while (hull.size() >= first + 2) {
@@ -67,7 +66,8 @@ void keepHull(std::vector<glm::dvec2>& points) {
         }
     };
     addChain(points);
-    addChain(points | std::views::reverse);
+    std::ranges::reverse(points);
+    addChain(points);
     points = std::move(hull);
 }
 
