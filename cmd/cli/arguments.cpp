@@ -96,7 +96,9 @@ std::string commandFor(const Texts& arguments) {
             (sceneExtensions() + ' ').find(extension + ' ') != std::string::npos ? "render"
             : extension == ".exr"                                                ? "flatten"
                                                                                  : nullptr;
-        if (verb) return "peeler " + std::string(verb) + ' ' + argument + " -o " + picture;
+        if (!verb) continue;
+        std::string command = "peeler ";
+        return command.append(verb).append(" ").append(argument).append(" -o ").append(picture);
     }
     return "";
 }

@@ -9,6 +9,7 @@
 #include <optional>
 #include <set>
 #include <string_view>
+#include <utility>
 
 #include "formats/file/regular_file.h"
 #include "formats/file/text_words.h"
@@ -141,7 +142,7 @@ std::vector<FileNumbers> numbersThere(const std::string& path) {
     if (!frames && !views)
         return fileExists(framePath(path, 0), ErrorKind::kOutput) ? std::vector<FileNumbers>(1)
                                                                   : std::vector<FileNumbers>();
-    std::set<FileNumbers> found;
+    std::set<std::pair<int, int>> found;  // frame and view
     const std::filesystem::path parent = std::filesystem::path(path).parent_path();
     for (const std::string& name : namesIn(parent.empty() ? "." : parent)) {
         // Any run of digits may be a number, so try each.
@@ -153,7 +154,10 @@ std::vector<FileNumbers> numbersThere(const std::string& path) {
             }
         }
     }
-    return {found.begin(), found.end()};
+    std::vector<FileNumbers> sorted;
+    for (const auto& [frame, view] : found)
+        sorted.push_back({frame, view});
+    return sorted;
 }
 
 std::vector<int> framesThere(const std::string& path) {

@@ -3,7 +3,6 @@
 // and views.
 #pragma once
 
-#include <compare>
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -30,7 +29,6 @@ std::string firstFramePath(const std::string& path, int frame);
 /// The numbers in the name of a file; 0 where the name has no placeholder.
 struct FileNumbers {
     int frame = 0, view = 0;
-    auto operator<=>(const FileNumbers&) const = default;
 };
 
 /// Returns the numbers from 0 to 1,000,000,000 for which framePath() and viewPath() of a path give
