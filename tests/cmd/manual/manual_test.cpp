@@ -58,7 +58,7 @@ Names found(const std::string& text, const std::string& pattern) {
 /// file" and "  --legend, --no-legend".
 Names optionsInHelp(const std::string& help) {
     Names names;
-    for (const std::string& listed : found(help, "^  (-[^ \n]+(?:, -[^ \n]+)*)")) {
+    for (const std::string& listed : found(help, "^  (-[^ ,\n]+(?:, -[^ ,\n]+)*)")) {
         for (const std::string& name : found(listed, "(-[-a-zA-Z]+)"))
             names.insert(name);
     }

@@ -36,8 +36,8 @@ class Sequence : public testing::Test {
     std::string frame(int number) const { return path("f." + std::to_string(number) + ".exr"); }
 
     std::vector<std::string> arguments(const std::vector<std::string>& more) const {
-        std::vector<std::string> all{
-            "render", jellyfish().string(), "-o", path("f.%d.exr"), "--size", "96x54", "--json"};
+        std::vector<std::string> all{"render", jellyfish().string(), "--size", "96x54", "--json"};
+        if (std::ranges::count(more, "-o") == 0) all.insert(all.end(), {"-o", path("f.%d.exr")});
         all.insert(all.end(), more.begin(), more.end());
         return all;
     }
