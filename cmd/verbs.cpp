@@ -78,9 +78,9 @@ std::span<const Verb> verbs() {
          withSequences<declareMerge>},
         {"holdout", kToUseFiles,
          "Hold a file out by another one, by a scene, or by its own objects",
-         "peeler holdout smoke.exr --by character.exr -o held.exr\n"
-         "peeler holdout smoke.exr --by character.glb -o held.png\n"
-         "peeler holdout all.exr --include character -o held.exr",
+         "peeler holdout layers.exr --by deep.exr -o held.exr\n"
+         "peeler holdout layers.exr --by scene.glb -o held.png\n"
+         "peeler holdout layers.exr --include rose -o held.exr",
          "output by include exclude same-depth as background part", withSequences<declareHoldout>},
         {"convert", kToUseFiles, "Convert between layered and deep files, losslessly",
          "peeler convert deep.exr -o layers.exr --as ldi\n"

@@ -145,7 +145,7 @@ class Pictures(ModuleTest):
         part = lambda name, grey: ["--pattern", f"constant:color={grey},{grey},{grey},1", "4x3", "4",
                                    "--attrib", "oiio:subimagename", name]
         subprocess.run(["oiiotool", *part("a", 0.5), *part("b", 0.25), "--siappend", "-o", path], check=True)
-        with self.assertWarnsRegex(UserWarning, '"b" is not read; part chooses'):
+        with self.assertWarnsRegex(UserWarning, '"b" is not read; part selects'):
             self.assertEqual(peeler.read(path).rgba[0, 0], 0.5)
         self.assertEqual(peeler.read(path, part="b", strict=True).rgba[0, 0], 0.25)
         self.assert_error("input", peeler.read, path, strict=True)

@@ -17,14 +17,14 @@ ELSEWHERE = set(
     "output no_clobber no_mkdir background exposure tone_map as_ no_composite fxaa skip_existing keep_going dry_run layout "
     "dense fill dense_type compression deep_merge deep_z_tolerance deep_alpha_tolerance scene include exclude allow_outside ignore_extension "
     "smooth_normals unit variant environment environment_rotation transmission frames chunk fps backend device require_gpu threads memory "
-    "json report progress quiet verbose help manifest normalize cameras camera_convention views around seed distance "
+    "json report progress quiet verbose help manifest normalize cameras camera_convention views around seed distance elevation azimuth clockwise first_view "
     "cameras_out preset shard_member shard_size shard_count".split()
 )
 
 
 def options(verb):
     """Returns the keywords for a verb's options."""
-    names = re.findall(r"^ +(?:-\w,)?--([a-z][a-z-]*)", command(verb, "--help", "all"), re.MULTILINE)
+    names = re.findall(r"^ +(?:-\w, )?--([a-z][a-z-]*)", command(verb, "--help", "all"), re.MULTILINE)
     return {n.replace("-", "_") + ("_" if n == "as" else "") for n in names}
 
 
