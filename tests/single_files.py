@@ -3,7 +3,7 @@
 
     single_files.py BUILD_FOLDER [headers]
 
-Compiles, without output, the files that differ from the last landed commit and the files that include them (at most 28,
+Compiles, without output, the files that differ from the last landed commit and the files that include them (at most 14,
 chosen at random), and as many others as SECONDS allow, in a different order at every commit. The last landed commit is
 this branch's merge base with origin/main. If that is unknown, or is the current commit, it is the thirtieth commit
 before. Skips files that the build itself compiles alone, and headers that a .cpp includes first. With `headers`,
@@ -25,7 +25,7 @@ SOURCE = pathlib.Path(__file__).resolve().parents[1]
 FOLDERS = ("core", "formats", "cmd", "tests")
 INCLUDE = re.compile(r'^ *# *include ["<]([^">]+)[">]', re.MULTILINE)
 SECONDS = 8
-MOST_DIFFERENT = 28
+MOST_DIFFERENT = 14
 COMMITS = 30
 
 
