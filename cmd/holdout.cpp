@@ -48,19 +48,19 @@ void checkHoldout(const HoldoutOptions& options) {
                     "the others of the file hold out");
 }
 
-/// Returns the filter that holds out the bands of a picture.
+/// Returns the filter that selects and holds out the fragments of a picture.
 FilteredInput::Filter filterOf(const HoldoutOptions& options, const ExrInfo& picture,
                                Session& session) {
-    if (!options.by) {
-        const ObjectSelection selection =
-            selectionOf(options.objects, picture, options.input.string());
-        return [selection](LayeredImage& band) { holdOutSelected(band, selection); };
-    }
+    ObjectSelection selection;
+    if (options.objects.any() && !picture.plan.layers.empty())  // else there are no objects
+        selection = selectionOf(options.objects, picture, options.input.string());
+    if (!options.by) return [selection](LayeredImage& band) { holdOutSelected(band, selection); };
     CaptureJobOptions matte = options.matte;
     matte.scene.file = *options.by;
     matte.scene.reading.strict = options.reading.strict;
     const auto by = std::make_shared<Matte>(matte, picture, options.reading, session);
-    return [by, at = options.same_depth](LayeredImage& band) {
+    return [by, selection, at = options.same_depth](LayeredImage& band) {
+        keepObjects(band, selection);
         holdOut(band, by->read(band.window), at);
     };
 }
@@ -74,19 +74,22 @@ bool isVolume(const ExrInfo& picture) {
 
 std::unique_ptr<LayeredInput> openHeldOut(const HoldoutOptions& options,
                                           const LayeredReadOptions& reading, Session& session) {
-    const std::string path = options.input.string();
     Reporter& reporter = session.reporter();
-    auto input = options.by ? openChosen(path, reading, options.objects, reporter)
-                            : openInput(path, reading, reporter);
+    auto input = openInput(options.input.string(), reading, reporter);
     if (isVolume(input->info()))
         reporter.warning("Samples with ZBack are held out as points at their Z.");
     FilteredInput::Filter filter = filterOf(options, input->info(), session);
     auto held_out = std::make_unique<FilteredInput>(std::move(input), std::move(filter));
-    nlohmann::json by = toJson(options.objects);
-    if (options.by)
-        by = {{"by", options.by->filename().string()},
-              {"inFront", options.same_depth == SameDepth::kInFront}};
-    recordSetting("heldOut", by, held_out->provenance());
+    Provenance& provenance = held_out->provenance();
+    if (!options.by) {
+        recordSetting("heldOut", toJson(options.objects), provenance);
+        return held_out;
+    }
+    if (options.objects.any()) recordSetting("selected", toJson(options.objects), provenance);
+    recordSetting("heldOut",
+                  {{"by", options.by->filename().string()},
+                   {"inFront", options.same_depth == SameDepth::kInFront}},
+                  provenance);
     return held_out;
 }
 

@@ -30,9 +30,35 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kFramesOption = "--frames";
-/// The options of the sequence as a whole, which the run of one picture does not get.
-constexpr std::string_view kOfSequence[] = {"--frames",     "--chunk", "--skip-existing",
-                                            "--keep-going", "--json",  "--report"};
+
+/// An option of sequences.
+struct SequenceOption {
+    const char* name;
+    const char* value_name;                  ///< nullptr for a flag
+    void (*check)(const std::string& text);  ///< throws Error (kUsage) if the text is invalid
+    bool together;                           ///< whether it applies to a single run for all files
+    const char* help;
+};
+constexpr SequenceOption kSequenceOptions[] = {
+    {kFramesOption, "LIST", [](const std::string& text) { parseFrames(text); }, true,
+     "frames of an input with #### in its name, e.g. 1-100, 1-100x2 or 150,200-180 (default: all "
+     "files that exist; @@@@ stands for the views that exist)"},
+    {"--chunk", "I/N", [](const std::string& text) { parseShard(text); }, true,
+     "take the I-th of N equal parts of all frames and views, from 1/N to N/N, so that N processes "
+     "can share the work"},
+    {"--skip-existing", nullptr, nullptr, false,
+     "skip a picture whose files are newer than its inputs; options are not compared"},
+    {"--keep-going", nullptr, nullptr, false,
+     "continue after a picture fails; the exit code is the highest of all"},
+};
+
+/// Whether an option is for the sequence as a whole, so that the run of one picture does not get
+/// it.
+bool isOfSequence(const std::string& name) {
+    return name == "--json" || name == "--report" ||
+           std::ranges::any_of(kSequenceOptions,
+                               [&](const SequenceOption& row) { return name == row.name; });
+}
 
 /// Whether a name stands for several files. A file that has this very name stands for itself.
 bool isSequenceName(const std::string& name) {
@@ -89,6 +115,12 @@ class FileSequence {
     int run();
 
   private:
+    struct Input {
+        std::string name;  ///< as given
+        bool is_sequence;
+        std::string of(const PictureNumber& number) const;
+    };
+
     void choosePictures();
     void checkOutputs() const;
     std::string nameOf(const std::string& pattern, const PictureNumber& number) const;
@@ -109,12 +141,11 @@ class FileSequence {
     Reporter& reporter_;
     ReportOptions report_;
     SequenceOptions options_;
-    std::vector<std::string> patterns_;  ///< the inputs as given
-    std::vector<GivenOption> outputs_;   ///< the output options as given
+    std::vector<Input> inputs_;
+    std::vector<GivenOption> outputs_;  ///< the output options as given
     std::vector<PictureNumber> pictures_;
     std::optional<SequenceResults> results_;
     int worst_ = 0;  ///< greatest exit code of a run that ended without an exception
-    bool has_results_ = false;
 };
 
 FileSequence::FileSequence(const VerbOptions& verb, VerbAction (*declare)(VerbOptions&),
@@ -124,9 +155,10 @@ FileSequence::FileSequence(const VerbOptions& verb, VerbAction (*declare)(VerbOp
       use_(use),
       session_(session),
       reporter_(session.reporter()),
-      report_(givenReportOptions(verb)),
-      patterns_(verb.positionals()) {
+      report_(givenReportOptions(verb)) {
     report_.applyTo(reporter_);
+    for (const std::string& name : verb.positionals())
+        inputs_.push_back({name, isSequenceName(name)});
     options_.skip_existing = verb.given("--skip-existing");
     options_.keep_going = verb.given("--keep-going");
     if (verb.given("--chunk")) options_.chunk = parseShard(verb.value("--chunk"));
@@ -136,7 +168,7 @@ FileSequence::FileSequence(const VerbOptions& verb, VerbAction (*declare)(VerbOp
 
 /// Finds the files that exist for the first pattern; --frames chooses among all frames.
 void FileSequence::choosePictures() {
-    const std::string& pattern = *std::ranges::find_if(patterns_, isSequenceName);
+    const std::string& pattern = std::ranges::find_if(inputs_, &Input::is_sequence)->name;
     std::vector<FileNumbers> found = numbersThere(pattern);
     const std::string frames = verb_.value(kFramesOption);
     if (!frames.empty() && !hasFrameToken(pattern))
@@ -192,17 +224,17 @@ std::string FileSequence::nameOf(const std::string& pattern, const PictureNumber
                                         : framePath(name, *number.frame);
 }
 
+std::string FileSequence::Input::of(const PictureNumber& number) const {
+    if (!is_sequence) return name;
+    const std::string of_view = number.view ? viewPath(name, *number.view) : name;
+    return number.frame ? framePath(of_view, *number.frame) : of_view;
+}
+
 std::vector<std::string> FileSequence::inputsOf(const PictureNumber& number) const {
-    std::vector<std::string> inputs;
-    for (const std::string& pattern : patterns_) {
-        if (!isSequenceName(pattern)) {
-            inputs.push_back(pattern);
-            continue;
-        }
-        const std::string name = number.view ? viewPath(pattern, *number.view) : pattern;
-        inputs.push_back(number.frame ? framePath(name, *number.frame) : name);
-    }
-    return inputs;
+    std::vector<std::string> names;
+    for (const Input& input : inputs_)
+        names.push_back(input.of(number));
+    return names;
 }
 
 std::vector<fs::path> FileSequence::outputsOf(const PictureNumber& number) const {
@@ -221,7 +253,7 @@ std::vector<fs::path> FileSequence::outputsOf(const PictureNumber& number) const
 std::vector<std::string> FileSequence::argumentsOf(const PictureNumber& number) const {
     std::vector<std::string> arguments;
     for (const GivenOption& option : verb_.givenTexts()) {
-        if (std::ranges::find(kOfSequence, option.name) != std::end(kOfSequence)) continue;
+        if (isOfSequence(option.name)) continue;
         const bool output = option.is_file && option.group == "Output";
         const std::string text = output ? nameOf(option.text, number) : option.text;
         arguments.push_back(option.name + '=' + text);
@@ -236,9 +268,8 @@ std::vector<std::string> FileSequence::argumentsOf(const PictureNumber& number) 
 std::vector<std::string> FileSequence::argumentsOfAll() const {
     std::vector<std::string> arguments = argumentsOf(pictures_.front());
     for (std::size_t i = 1; i < pictures_.size(); ++i)
-        for (std::size_t input = 0; input < patterns_.size(); ++input)
-            if (isSequenceName(patterns_[input]))
-                arguments.push_back(inputsOf(pictures_[i])[input]);
+        for (const Input& input : inputs_)
+            if (input.is_sequence) arguments.push_back(input.of(pictures_[i]));
     return arguments;
 }
 
@@ -266,14 +297,12 @@ int FileSequence::runOne(std::vector<std::string> arguments, Reporter& reporter)
     arguments.insert(arguments.begin(), name);
     parser.parse(arguments);
     session_.setReporter(reporter);
-    try {
-        const int code = action(session_);
-        session_.setReporter(reporter_);
-        return code;
-    } catch (...) {
-        session_.setReporter(reporter_);
-        throw;
-    }
+    struct Restored {
+        Session& session;
+        Reporter& reporter;
+        ~Restored() { session.setReporter(reporter); }
+    } const restored{session_, reporter_};
+    return action(session_);
 }
 
 void FileSequence::make(std::size_t index, ProgressReport& progress) {
@@ -286,12 +315,10 @@ void FileSequence::make(std::size_t index, ProgressReport& progress) {
             skipped.inputs.emplace_back(input);
         skipped.setFiles(outputsOf(number).front(), outputsOf(number));
         skipped.skipped = true;
-        has_results_ = true;
         return results_->add(numbered(number, toJson(skipped)), summary(skipped));
     }
     PictureReporter reporter(reporter_, progress, index, pictures_.size());
     worst_ = std::max(worst_, runOne(argumentsOf(number), reporter));
-    has_results_ = has_results_ || !reporter.found.is_null();
     results_->add(numbered(number, reporter.found), "");
 }
 
@@ -307,15 +334,14 @@ Json FileSequence::numbered(const PictureNumber& number, const Json& result) con
 int FileSequence::report() {
     const Json json = results_->json();
     if (report_.file) writeReport(*report_.file, json);
-    // Dry runs report their results in any case.
-    if (report_.json || (has_results_ && !report_.file)) reporter_.result(json);
+    if (report_.json || verb_.given("--dry-run")) reporter_.result(json);
     results_->reportFailures();
     return std::max(worst_, results_->worst());
 }
 
 int FileSequence::run() {
     choosePictures();
-    if (use_ == SequenceUse::kTogether) {
+    if (use_ == SequenceUse::kTogether && !pictures_.empty()) {  // a chunk may be empty
         std::vector<std::string> arguments = argumentsOfAll();
         if (report_.file) arguments.insert(arguments.begin(), "--report=" + report_.file->string());
         if (report_.file && !report_.json) std::erase(arguments, "--json");
@@ -331,42 +357,20 @@ int FileSequence::run() {
     checkReport(report_, files);
     {
         ProgressReport progress(reporter_, verb_.verb());
-        for (std::size_t i = 0; i < pictures_.size(); ++i) {
-            try {
+        makeEach(
+            0, pictures_.size(), options_, *results_, [&](std::size_t i) { return pictures_[i]; },
+            [&](std::size_t i) {
                 make(i, progress);
-            } catch (...) {
-                const Error error = currentError();
-                if (!options_.keep_going || error.kind() == ErrorKind::kUsage) throw error;
-                const fs::path output =
-                    outputs_.empty() ? "" : nameOf(outputs_.front().text, pictures_[i]);
-                results_->addFailure(output, pictures_[i], error);
-            }
-            progress.update(static_cast<double>(i + 1) / static_cast<double>(pictures_.size()));
-        }
+                progress.update(static_cast<double>(i + 1) / static_cast<double>(pictures_.size()));
+            },
+            [&](std::size_t i) {
+                return fs::path(outputs_.empty() ? ""
+                                                 : nameOf(outputs_.front().text, pictures_[i]));
+            });
+        progress.update(1);
     }
     return report();
 }
-
-/// An option of sequences.
-struct SequenceOption {
-    const char* name;
-    const char* value_name;                  ///< nullptr for a flag
-    void (*check)(const std::string& text);  ///< throws Error (kUsage) if the text is invalid
-    bool together;                           ///< whether it applies to a single run for all files
-    const char* help;
-};
-constexpr SequenceOption kSequenceOptions[] = {
-    {kFramesOption, "LIST", [](const std::string& text) { parseFrames(text); }, true,
-     "frames of an input with #### in its name, e.g. 1-100, 1-100x2 or 150,200-180 (default: all "
-     "files that exist; @@@@ stands for the views that exist)"},
-    {"--chunk", "I/N", [](const std::string& text) { parseShard(text); }, true,
-     "take the I-th of N equal parts of all frames and views, from 1/N to N/N, so that N processes "
-     "can share the work"},
-    {"--skip-existing", nullptr, nullptr, false,
-     "skip a picture whose files are newer than its inputs; options are not compared"},
-    {"--keep-going", nullptr, nullptr, false,
-     "continue after a picture fails; the exit code is the highest of all"},
-};
 
 /// Declares the options of sequences that the verb does not have, and returns their names.
 std::vector<std::string> addSequenceFileOptions(VerbOptions& verb, SequenceUse use,

@@ -69,18 +69,28 @@ void SequenceResults::reportFailures() const {
                     countText(finished_.size() + failed_.size(), pictures_) + " failed");
 }
 
-void makeEachView(std::size_t first, std::size_t end, const SequenceOptions& options,
-                  SequenceResults& results, const std::function<void(std::size_t)>& make,
-                  const std::function<std::filesystem::path(std::size_t)>& discard) {
-    for (std::size_t view = first; view < end; ++view) {
+void makeEach(std::size_t first, std::size_t end, const SequenceOptions& options,
+              SequenceResults& results, const std::function<PictureNumber(std::size_t)>& number,
+              const std::function<void(std::size_t)>& make,
+              const std::function<std::filesystem::path(std::size_t)>& discard) {
+    for (std::size_t i = first; i < end; ++i) {
         try {
-            make(view);
+            make(i);
         } catch (...) {
             const Error error = currentError();
             if (!options.keep_going || error.kind() == ErrorKind::kUsage) throw error;
-            results.addFailure(discard(view), {.view = static_cast<int>(view)}, error);
+            results.addFailure(discard(i), number(i), error);
         }
     }
+}
+
+void makeEachView(std::size_t first, std::size_t end, const SequenceOptions& options,
+                  SequenceResults& results, const std::function<void(std::size_t)>& make,
+                  const std::function<std::filesystem::path(std::size_t)>& discard) {
+    const auto number = [](std::size_t view) {
+        return PictureNumber{.view = static_cast<int>(view)};
+    };
+    makeEach(first, end, options, results, number, make, discard);
 }
 
 }  // namespace peeler::cmd

@@ -69,10 +69,17 @@ class SequenceResults {
     int worst_ = 0;
 };
 
-/// Calls `make` for each view in [first, end). If `make` throws under --keep-going, calls
-/// `discard`, adds the failure to `results` and continues. `discard` discards state that the
-/// failure may have corrupted and returns the path of the missing file. Rethrows all errors without
-/// --keep-going, and always errors of kind kUsage, which concern all views.
+/// Calls `make` for each picture in [first, end), which has the number `number` returns. If `make`
+/// throws under --keep-going, calls `discard`, adds the failure to `results` and continues.
+/// `discard` discards state that the failure may have corrupted and returns the path of the missing
+/// file. Rethrows all errors without --keep-going, and always errors of kind kUsage, which concern
+/// all pictures.
+void makeEach(std::size_t first, std::size_t end, const SequenceOptions& options,
+              SequenceResults& results, const std::function<PictureNumber(std::size_t)>& number,
+              const std::function<void(std::size_t)>& make,
+              const std::function<std::filesystem::path(std::size_t)>& discard);
+
+/// The same for the views with these indices.
 void makeEachView(std::size_t first, std::size_t end, const SequenceOptions& options,
                   SequenceResults& results, const std::function<void(std::size_t)>& make,
                   const std::function<std::filesystem::path(std::size_t)>& discard);

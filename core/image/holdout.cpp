@@ -101,21 +101,18 @@ class MatteList {
 
 /// Adds the channels AR, AG and AB to the colours.
 void addColoredOpacity(LayeredImage& image) {
-    LayeredImage tinted_image;
-    tinted_image.color.channels = colorNames(true);
-    tinted_image.color.type = image.color.type;
-    tinted_image.color.data.resize(image.fragments() * tinted_image.color.stride());
+    FragmentArray colors{colorNames(true), image.color.type, {}};
+    colors.data.resize(image.fragments() * colors.stride());
     for (std::size_t i = 0; i < image.fragments(); ++i)
-        storeColor(tintedColorOf(image, i), tinted_image.color, i);
-    image.color = std::move(tinted_image.color);
+        storeColor(tintedColorOf(image, i), colors, i);
+    image.color = std::move(colors);
 }
 
 /// Multiplies a fragment's colour and opacity by the weights and returns true. Returns false if all
 /// weights are 0.
-bool weigh(LayeredImage& image, std::size_t fragment, const PerChannel& weight) {
+bool weigh(LayeredImage& image, std::size_t fragment, TintedColor color, const PerChannel& weight) {
     if (weight == kNothingInFront) return true;
     if (weight == PerChannel{}) return false;
-    TintedColor color = tintedColorOf(image, fragment);
     for (std::size_t c = 0; c < 3; ++c) {
         color[c] = static_cast<float>(color[c] * weight[c]);
         color[4 + c] = static_cast<float>(color[4 + c] * weight[c]);
@@ -138,9 +135,10 @@ void holdOut(LayeredImage& image, const LayeredImage& matte, SameDepth same_dept
             MatteList list(matte, matte.pixelIndex(x, y), back);
             Weights weights;
             for (std::uint32_t i = image.offsets[pixel]; i < image.offsets[pixel + 1]; ++i) {
-                const PerChannel weight = weights.next(opacityOf(tintedColorOf(image, i)),
-                                                       list.at(image.z[i], same_depth));
-                kept[i] = weigh(image, i, weight);
+                const TintedColor color = tintedColorOf(image, i);
+                const PerChannel weight =
+                    weights.next(opacityOf(color), list.at(image.z[i], same_depth));
+                kept[i] = weigh(image, i, color, weight);
             }
         }
     }
@@ -154,9 +152,10 @@ void holdOutSelected(LayeredImage& image, const ObjectSelection& selection) {
         PerChannel others = kNothingInFront;
         Weights weights;
         for (std::uint32_t i = image.offsets[pixel]; i < image.offsets[pixel + 1]; ++i) {
-            const PerChannel opacity = opacityOf(tintedColorOf(image, i));
+            const TintedColor color = tintedColorOf(image, i);
+            const PerChannel opacity = opacityOf(color);
             if (selected[i]) {
-                kept[i] = weigh(image, i, weights.next(opacity, others));
+                kept[i] = weigh(image, i, color, weights.next(opacity, others));
                 continue;
             }
             for (std::size_t c = 0; c < 3; ++c)

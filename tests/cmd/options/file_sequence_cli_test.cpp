@@ -99,6 +99,12 @@ TEST_F(FileSequence, ViewsAndChunksAreShares) {
     EXPECT_EQ(part[0].at("frame"), 2);
     EXPECT_EQ(part[0].at("view"), 1);
     EXPECT_EQ(json(all).at("frames").size(), 4U);
+    // With more chunks than pictures, some chunks are empty.
+    for (const char* const verb : {"verify", "flatten"}) {
+        std::vector<std::string> none{verb, at("a.####.exr"), "--chunk", "1/3"};
+        if (none.front() == "flatten") none.insert(none.end(), {"-o", at("none.#.png")});
+        EXPECT_TRUE(json(none).at("frames").empty()) << verb;
+    }
     const Json views = json({"flatten", at("v@@@@.0001.exr"), "-o", at("w@.png")}).at("views");
     ASSERT_EQ(views.size(), 2U);
     EXPECT_EQ(views[1].at("view"), 1);
@@ -115,6 +121,7 @@ TEST_F(FileSequence, SkipsFilesThatAreNewerThanTheirInputs) {
     EXPECT_EQ(again[0].at("skipped"), true);
     EXPECT_GT(again[0].at("bytes"), 0);
     EXPECT_FALSE(again[1].contains("skipped"));
+    EXPECT_EQ(ok(flatten).out, "") << "without --json, the result is not printed";
 }
 
 TEST_F(FileSequence, FailuresEndTheRunOrAreListed) {
