@@ -14,7 +14,7 @@ namespace peeler::cmd {
 
 namespace {
 
-/// Throws Error (kUsage). The constructor of JobLine adds a hint if there is none.
+/// Throws Error (kUsage). The constructor of JobLine adds a hint to errors without one.
 [[noreturn]] void refuseLine(const std::string& what, const std::string& where = "",
                              const std::string& hint = "") {
     throw Error(ErrorKind::kUsage, what, where, hint);

@@ -22,7 +22,8 @@ class Matte {
     Matte(const CaptureJobOptions& options, const ExrInfo& picture,
           const LayeredReadOptions& reading, Session& session);
 
-    /// Returns the fragments in the rows of a window; outside the matte's window there are none.
+    /// Returns the matte's fragments in the rows of a window. The result may have a smaller window,
+    /// because the matte may cover only a part of the picture.
     const LayeredImage& read(const Window& window);
 
   private:

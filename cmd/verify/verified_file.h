@@ -39,7 +39,7 @@ struct VerifiedFile {
 
     /// Adds a problem. Sets the verdict to `found` if `found` is worse.
     void blame(Verdict found, const std::string& problem);
-    /// Adds a kBad problem with these pixels. Does nothing if there are none.
+    /// Adds a kBad problem with these pixels. Does nothing if the list of pixels is empty.
     void blame(const BrokenPixels& broken, const std::string& what);
 };
 

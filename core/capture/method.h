@@ -19,8 +19,8 @@ class SceneRasterizer;
 struct LayerArea {
     Window window;             ///< window to capture, inside the rasterizer's tile
     std::uint32_t layers = 0;  ///< number of layers to capture
-    /// The framebuffer for passes of the method, 0 if there is none. It has the list heads if
-    /// takesListHeadTarget(), and the depths of opaque fragments if takesOpaqueFirst().
+    /// The framebuffer for passes of the method, or 0 for a method without one. It has the list
+    /// heads if takesListHeadTarget(), and the depths of opaque fragments if takesOpaqueFirst().
     unsigned framebuffer = 0;
     bool list_head_target = false;  ///< whether the list heads are a render target, not a buffer
     /// Whether to capture only the transparent fragments in front of the OpaqueTarget's fragments.

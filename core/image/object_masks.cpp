@@ -35,8 +35,8 @@ float alphaOf(const LayeredImage& band, std::size_t fragment) {
     return value;
 }
 
-/// Returns the first fragment of a pixel with at least this opacity; if there is none, the first
-/// fragment.
+/// Returns the first fragment of a pixel with at least this opacity, or the first fragment if all
+/// have less.
 std::size_t visibleFragment(const LayeredImage& band, std::size_t begin, std::size_t end,
                             float see_through) {
     if (see_through > 0)

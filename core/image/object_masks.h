@@ -92,8 +92,8 @@ struct ObjectLayers {
 struct ObjectMaskOptions {
     /// The window that gets masks; the rest of the crop belongs only to the canvas.
     Window picture{};
-    /// The minimum opacity (A) of a visible fragment. The visible fragment of a pixel is the first
-    /// with at least this opacity; if there is none, it is the first fragment.
+    /// The minimum opacity (A) of a visible fragment. A pixel's visible fragment is the first with
+    /// at least this opacity. If all have less, it is the first fragment.
     float see_through = 0;
     bool layers = false;           ///< whether to keep the object numbers of all fragments
     std::uint64_t more_bytes = 0;  ///< memory that the caller needs for the finished picture

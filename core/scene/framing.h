@@ -96,7 +96,7 @@ DepthRange depthRange(const Bounds& bounds, const glm::dmat4& camera_to_world);
 // Defined in camera_choice.cpp.
 
 /// Returns the names of the scene's cameras, in draw order. A camera without a name gets its node's
-/// name or, if there is none, "camera N".
+/// name. If the node has no name either, the camera is called "camera N".
 std::vector<std::string> cameraNames(const PosedScene& posed);
 
 /// Returns the view of the chosen, built or framed camera. `extent` is the scene to show. A scene's

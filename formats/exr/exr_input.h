@@ -68,7 +68,7 @@ struct ExrInputPart {
     }
 };
 
-/// Returns the number at the beginning of an attribute's text, or 0 if there is none.
+/// Returns the number at the beginning of an attribute's text, or 0 if the text begins otherwise.
 template <class T>
 T numberIn(const std::string& text) {
     T number{};

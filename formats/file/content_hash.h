@@ -34,7 +34,7 @@ std::string hexText(std::uint64_t value);
 /// Returns the text that stores an output hash (Provenance::output_hash) in flat images
 /// (ImageDescription) and pages (meta).
 std::string outputHashText(const std::string& hash);
-/// Returns the hash in a text of outputHashText(), or "" if there is none.
+/// Returns the hash in a text of outputHashText(), or "" for any other text.
 std::string outputHashIn(std::string_view text);
 
 }  // namespace peeler

@@ -35,7 +35,7 @@ struct Plan {
     PixelType color_type = PixelType::kHalf;
     bool tinted = false;            ///< whether opacity is coloured (LayeredImage::tinted)
     std::size_t channel_bytes = 0;  ///< bytes per fragment besides colour and Z
-    /// The extra arrays of bands, without data. Empty if there are none or if they are unknown.
+    /// The extra arrays of bands, without data. Empty if bands lack them, or if they are unknown.
     std::vector<FragmentArray> channels{};
     /// Number of sub-pixel samples per pixel. If it exceeds 1, fragments are counted after merging.
     int samples = 1;
