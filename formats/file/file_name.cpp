@@ -137,22 +137,26 @@ std::string firstFramePath(const std::string& path, int frame) {
     return path.substr(0, token->begin) + tokenText(frame, *token) + path.substr(token->end);
 }
 
-std::vector<FileNumbers> numbersThere(const std::string& path) {
-    const bool frames = hasFrameToken(path), views = hasViewToken(path);
+namespace {
+
+/// Returns numbersThere() of a path whose '@' stand for views or, if not `views`, for themselves.
+std::vector<FileNumbers> numbersThere(const std::string& path, bool views) {
+    const bool frames = hasFrameToken(path);
+    const auto nameOf = [&](int frame, int view) {
+        return framePath(views ? viewPath(path, view) : path, frame);
+    };
     if (!frames && !views)
-        return fileExists(framePath(path, 0), ErrorKind::kOutput) ? std::vector<FileNumbers>(1)
-                                                                  : std::vector<FileNumbers>();
+        return fileExists(nameOf(0, 0), ErrorKind::kOutput) ? std::vector<FileNumbers>(1)
+                                                            : std::vector<FileNumbers>();
     std::set<std::pair<int, int>> found;  // frame and view
     const std::filesystem::path parent = std::filesystem::path(path).parent_path();
     for (const std::string& name : namesIn(parent.empty() ? "." : parent)) {
         // Any run of digits may be a number, so try each.
         const std::vector<int> numbers = numbersIn(name), one{0};
-        for (const int frame : frames ? numbers : one) {
-            for (const int view : views ? numbers : one) {
-                const std::string file = framePath(viewPath(path, view), frame);
-                if (std::filesystem::path(file).filename() == name) found.insert({frame, view});
-            }
-        }
+        for (const int frame : frames ? numbers : one)
+            for (const int view : views ? numbers : one)
+                if (std::filesystem::path(nameOf(frame, view)).filename() == name)
+                    found.insert({frame, view});
     }
     std::vector<FileNumbers> sorted;
     for (const auto& [frame, view] : found)
@@ -160,9 +164,15 @@ std::vector<FileNumbers> numbersThere(const std::string& path) {
     return sorted;
 }
 
+}  // namespace
+
+std::vector<FileNumbers> numbersThere(const std::string& path) {
+    return numbersThere(path, hasViewToken(path));
+}
+
 std::vector<int> framesThere(const std::string& path) {
     std::vector<int> frames;
-    for (const FileNumbers& numbers : numbersThere(path))
+    for (const FileNumbers& numbers : numbersThere(path, false))
         frames.push_back(numbers.frame);
     return frames;
 }

@@ -4,10 +4,14 @@
 
 #include <gtest/gtest.h>
 
+#include <fstream>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include <peeler/error.h>
 #include "formats/file/file_name.h"
+#include "support/test_support.h"
 
 namespace peeler::cmd {
 namespace {
@@ -94,6 +98,31 @@ TEST(FramePath, PutsTheNumberWhereTheTokenIs) {
     }
     for (const char* plain : {"a.exr", "##/a.exr", "a%.exr", "a%s.exr", "a%%04d.exr", "a.%4d.exr"})
         EXPECT_FALSE(hasFrameToken(plain)) << plain;
+}
+
+TEST(FrameNames, OfFilesThatExistAreFound) {
+    const test::ScratchDir scratch;
+    for (const char* const name : {"a.1.0002.exr", "a.0.0010.exr", "a.1.exr", "b.@.0003.exr", "c"})
+        std::ofstream(scratch / name).put('x');
+    const auto numbers = [&](const char* name) {
+        std::vector<std::pair<int, int>> found;
+        for (const FileNumbers& file : numbersThere(scratch / name))
+            found.emplace_back(file.frame, file.view);
+        return found;
+    };
+    using Pairs = std::vector<std::pair<int, int>>;
+    EXPECT_EQ(numbers("a.@@@@.####.exr"), Pairs());
+    EXPECT_EQ(numbers("a.1.####.exr"), (Pairs{{2, 0}}));
+    EXPECT_EQ(numbers("a.%d.%04d.exr"), Pairs()) << "both are the frame";
+    EXPECT_EQ(numbers("c"), (Pairs{{0, 0}}));
+    EXPECT_EQ(numbers("d"), Pairs());
+    for (const char* const name : {"v00.0002.exr", "v01.0002.exr", "v00.0010.exr"})
+        std::ofstream(scratch / name).put('x');
+    EXPECT_EQ(numbers("v@@.####.exr"), (Pairs{{2, 0}, {2, 1}, {10, 0}}));
+    EXPECT_EQ(numbers("v@@.0002.exr"), (Pairs{{0, 0}, {0, 1}}));
+    // framesThere() knows no views.
+    EXPECT_EQ(framesThere(scratch / "b.@.####.exr"), (Frames{3}));
+    EXPECT_EQ(framesThere(scratch / "v01.####.exr"), (Frames{2}));
 }
 
 }  // namespace
