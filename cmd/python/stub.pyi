@@ -261,6 +261,7 @@ def check_scene(
     together: bool = ...,
     unit: float = ...,
     min_wall: float | None = ...,
+    weld: float | None = ...,
     progress: Progress | None = ...,
 ) -> dict[str, Any]: ...
 def bake_scene(

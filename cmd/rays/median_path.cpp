@@ -17,6 +17,7 @@ void MedianPath::begin(std::span<const Bundle> bundles, std::span<const std::uin
 
 void MedianPath::take(std::size_t bundle, const LayeredImage& band) {
     const Window &rows = band.window, &all = bundles_[bundle].view.crop;
+    if (rows.y0 == all.y0) maps_.begin(bundles_[bundle]);
     maps_.evaluateRows(bundles_[bundle], band, rows.y0, rows.y1, values_);
     const std::uint64_t before = first_[bundle] + static_cast<std::uint64_t>(rows.y0 - all.y0) *
                                                       static_cast<std::uint64_t>(all.width());

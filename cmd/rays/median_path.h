@@ -17,8 +17,8 @@ namespace peeler::cmd {
 /// Writes no file. The arguments must outlive this object.
 class MedianPath : public RayOutput {
   public:
-    MedianPath(const PosedScene& posed, const Solids& solids)
-        : maps_(posed, &solids, {{RayMap::kThickness}}) {}
+    MedianPath(const PosedScene& posed, const Solids& solids, Overlap overlap)
+        : maps_(posed, &solids, {.maps = {RayMap::kThickness}, .overlap = overlap}) {}
 
     void begin(std::span<const Bundle> bundles, std::span<const std::uint64_t> hits) override;
     void take(std::size_t bundle, const LayeredImage& band) override;

@@ -31,16 +31,11 @@ glm::dvec3 placeOf(const Bundle& bundle, const OddRay& ray) {
 
 }  // namespace
 
-void RayParity::begin(std::span<const Bundle> bundles, std::span<const std::uint64_t>) {
-    bundles_.assign(bundles.begin(), bundles.end());
-}
-
-/// Returns a solid's name: "Lid", or "Lid, primitives 0, 2" if the mesh has other solids, too.
-std::string RayParity::name(const Solid& solid) const {
-    std::string text = nodeName(scene_, static_cast<std::size_t>(solid.node));
-    const int mesh = scene_.nodes[static_cast<std::size_t>(solid.node)].mesh;
+std::string solidName(const Scene& scene, const Solid& solid) {
+    std::string text = nodeName(scene, static_cast<std::size_t>(solid.node));
+    const int mesh = scene.nodes[static_cast<std::size_t>(solid.node)].mesh;
     if (mesh < 0 ||
-        scene_.meshes[static_cast<std::size_t>(mesh)].primitives.size() == solid.primitives.size())
+        scene.meshes[static_cast<std::size_t>(mesh)].primitives.size() == solid.primitives.size())
         return text;
     text += solid.primitives.size() == 1 ? ", primitive" : ", primitives";
     for (std::size_t i = 0; i < solid.primitives.size(); ++i)
@@ -48,13 +43,17 @@ std::string RayParity::name(const Solid& solid) const {
     return text;
 }
 
+void RayParity::begin(std::span<const Bundle> bundles, std::span<const std::uint64_t>) {
+    bundles_.assign(bundles.begin(), bundles.end());
+}
+
 std::string RayParity::describe(const Solid& solid, const SolidParity& parity) const {
     const OddRay& ray = parity.first.front();
     const Bundle& bundle = bundles_[ray.bundle];
     const glm::dvec3 direction = directionOf(bundle, ray), place = placeOf(bundle, ray);
     std::ostringstream text;
-    text << name(solid) << ": " << groupedText(parity.odd) << " of " << groupedText(parity.rays)
-         << " rays hit it an odd number of times; "
+    text << solidName(scene_, solid) << ": " << groupedText(parity.odd) << " of "
+         << groupedText(parity.rays) << " rays hit it an odd number of times; "
          << (solid.closed() ? "no edge is open"
                             : countText(solid.open_edges, "edge") +
                                   (solid.open_edges == 1 ? " is open" : " are open"))
@@ -95,7 +94,7 @@ void RayParity::fail() const {
     std::size_t odd = 0;
     std::string first;
     for (const auto& [index, parity] : parity_.solids())
-        if (parity.odd > 0 && ++odd == 1) first = name(solids_.all()[index]);
+        if (parity.odd > 0 && ++odd == 1) first = solidName(scene_, solids_.all()[index]);
     throw Error(ErrorKind::kInput,
                 countText(parity_.oddRays(), "ray") + (parity_.oddRays() == 1 ? " hits" : " hit") +
                     " a solid an odd number of times: not every mesh is closed",

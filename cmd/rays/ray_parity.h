@@ -12,6 +12,9 @@
 
 namespace peeler::cmd {
 
+/// Returns a solid's name: "Lid", or "Lid, primitives 0, 2" if the mesh has other solids, too.
+std::string solidName(const Scene& scene, const Solid& solid);
+
 /// A counter of each ray's hits per solid. finish() warns of solids that a ray hits an odd number
 /// of times, and notes whether all solids are closed. Writes no file. All arguments must outlive
 /// this object.
@@ -31,7 +34,6 @@ class RayParity : public RayOutput {
     void addTo(nlohmann::ordered_json& result) const;
 
   private:
-    std::string name(const Solid& solid) const;
     std::string describe(const Solid& solid, const SolidParity& parity) const;
     std::string verdict(std::size_t odd_solids) const;
 

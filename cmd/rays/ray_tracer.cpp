@@ -16,6 +16,7 @@
 #include "cmd/rays/median_path.h"
 #include "cmd/rays/ray_map_options.h"
 #include "cmd/rays/ray_results.h"
+#include "cmd/rays/undecided_solids.h"
 #include "cmd/session/progress_report.h"
 #include "core/base/parallel.h"
 #include "core/base/printable.h"
@@ -101,6 +102,7 @@ void RayTracer::setScene(const OpenedScene& scene, const PosedScene& posed) {
     scene_ = &scene;
     posed_ = posed;
     solids_.reset();
+    undecided_.reset();
     source_ = nullptr;
 }
 
@@ -137,18 +139,31 @@ void RayTracer::nameFiles(RayTrace& trace) const {
     job_.checkOutputs(trace.files);
 }
 
+/// Reports solids whose inside has no winding number: as a warning if --overlap asks for it.
+void RayTracer::reportUndecided() {
+    if (undecided_) return;
+    undecided_ = undecidedSolids(scene_->scene(), solids());
+    if (undecided_->empty()) return;
+    const std::string what = undecidedText(*undecided_);
+    if (!options_.overlap) return reporter_.note(what);
+    if (options_.scene.reading.strict)
+        throw Error(ErrorKind::kInput, what, options_.scene.file.string(),
+                    "repair them (peeler check names the places), leave them out with --exclude, "
+                    "or give --overlap parity");
+    reporter_.warning(what);
+}
+
 /// Finds the median path, which becomes half transparent. Takes a pass over all rays; a dry run
 /// does without it.
 void RayTracer::findAttenuation(RayTrace& trace) {
     if (options_.sequence.dry_run) return;
     RayTrace probe{.output = {}, .bundles = trace.bundles};
-    auto output = std::make_unique<MedianPath>(*posed_, solids());
+    auto output = std::make_unique<MedianPath>(*posed_, solids(), options_.overlapRule());
     MedianPath& paths = *output;
     probe.outputs.push_back(std::move(output));
-    CaptureSettings capture = capture_;
     paths.begin(probe.bundles, {});
     for (std::size_t i = 0; i < probe.bundles.size(); ++i) {
-        const CapturePlan plan = source_->plan(probe.bundles[i].view, capture);
+        const CapturePlan plan = source_->plan(probe.bundles[i].view, capture_);
         BundleSink sink(probe, i);
         source_->capture(plan, sink);
     }
@@ -165,6 +180,7 @@ void RayTracer::findAttenuation(RayTrace& trace) {
 }
 
 void RayTracer::openOutputs(RayTrace& trace) {
+    if (options_.writesInside() && options_.overlapRule() == Overlap::kWinding) reportUndecided();
     if (options_.parity) {
         auto parity = std::make_unique<RayParity>(scene_->scene(), solids(), reporter_);
         trace.parity = parity.get();
@@ -213,7 +229,8 @@ std::unique_ptr<RayOutput> RayTracer::makeOutput(const RayTrace& trace) {
     }
     if (lattice_) {
         checkVoxelMemory(*lattice_, capture_.memory);
-        return makeVoxelOutput(path, solids(), *lattice_, "peeler " PEELER_VERSION);
+        return makeVoxelOutput(path, solids(), *lattice_, "peeler " PEELER_VERSION,
+                               options_.overlapRule());
     }
     if (options_.writesPictures()) {
         RayMapOptions maps = rayMapOptions(options_.maps, scene_->scene());
@@ -222,6 +239,7 @@ std::unique_ptr<RayOutput> RayTracer::makeOutput(const RayTrace& trace) {
                 scene_->scene().materials.size(),
                 trace.median_path ? startAttenuation(*trace.median_path) : 0);
         maps.provenance = provenance;
+        maps.settings.overlap = options_.overlapRule();
         const double unit = options_.scene.reading.metres_per_unit.value_or(0);
         if (const auto name = lengthUnitName(unit); !name.empty())
             maps.unit.emplace(std::string(name), unit);
@@ -340,6 +358,7 @@ void RayTracer::report(RayTrace& trace) {
     found["hits"] = trace.hits_found;
     found["largestCorrection"] =
         capture_.hit_mode == HitMode::kRaw ? Json() : Json(trace.largest_correction);
+    if (undecided_ && !undecided_->empty()) found["undecided"] = undecidedJson(*undecided_);
     if (trace.median_path) {
         found["medianPath"] = *trace.median_path;
         found["attenuation"] = startAttenuation(*trace.median_path);

@@ -16,6 +16,7 @@
 #include "cmd/options/sequence_options.h"
 #include "cmd/rays/ray_parity.h"
 #include "cmd/rays/rays_options.h"
+#include "cmd/rays/undecided_solids.h"
 #include "cmd/session/reporter.h"
 
 namespace peeler::cmd {
@@ -67,6 +68,7 @@ class RayTracer {
     void nameFiles(RayTrace& trace) const;
     void openOutputs(RayTrace& trace);
     void findAttenuation(RayTrace& trace);
+    void reportUndecided();
     std::unique_ptr<RayOutput> makeOutput(const RayTrace& trace);
     void forecastMemory(const RayTrace& trace, std::size_t bundle, const CapturePlan& plan,
                         std::uint64_t left = 0);
@@ -88,7 +90,8 @@ class RayTracer {
     const OpenedScene* scene_ = nullptr;
     std::optional<PosedScene> posed_;
     std::optional<AxisBundles> lattice_;
-    std::unique_ptr<Solids> solids_;     ///< set on first use
+    std::unique_ptr<Solids> solids_;                        ///< made when needed
+    std::optional<std::vector<UndecidedSolid>> undecided_;  ///< once reported
     HitSource* source_ = nullptr;        ///< owned by job_; null until the first output
     std::uint64_t memory_forecast_ = 0;  ///< bytes; the maximum over all outputs so far
 };

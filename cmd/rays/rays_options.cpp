@@ -34,6 +34,13 @@ constexpr Choice<ParityUse> kParityUses[] = {
      "end with exit code 3; --include and --exclude choose the surfaces to check"},
 };
 
+constexpr Choice<Overlap> kOverlaps[] = {
+    {"winding", Overlap::kWinding,
+     "they are one body (default); parity decides for surfaces that are open or do not face "
+     "outwards, with a warning if this is given"},
+    {"parity", Overlap::kParity, "they cancel out"},
+};
+
 constexpr const char* kRaysFooter =
     "Arrays for n hits of m rays in b bundles (names and shapes as in Open3D's\n"
     "RaycastingScene.list_intersections): ray_splits (m + 1, int64; ray r has the hits\n"
@@ -60,10 +67,11 @@ constexpr const char* kRaysFooter =
     "Maps: an .exr has one part per bundle and one channel per map; arrays are (h, w), named\n"
     "MAP.I for bundle I. A picture goes from black to yellow (transmission: from white to black,\n"
     "as on X-ray film), with a legend below.\n"
-    "--parity and maps define the inside of a closed surface as the intervals between its first\n"
-    "and second hit, its third and fourth, and so on. A closed primitive is a surface of its own;\n"
-    "all other primitives of a mesh form one surface. Overlapping shells of one surface cancel\n"
-    "out where they overlap. The camera must be outside.\n"
+    "Maps and voxels define the inside of a closed surface by its winding number: a ray is inside\n"
+    "until it has left as often as it has entered. With --overlap parity, and for --parity, the\n"
+    "inside is the intervals between the first and second hit, the third and fourth, and so on.\n"
+    "A closed primitive is a surface of its own; all other primitives of a mesh form one surface.\n"
+    "The camera must be outside.\n"
     "Rays hit triangles, not lines or points. They pass through fragments that a MASK material's\n"
     "alpha test rejects and through BLEND fragments with alpha 0; they hit everything else,\n"
     "however transparent.\n"
@@ -167,9 +175,12 @@ void checkFaces(const RaysOptions& options) {
 
 }  // namespace
 
+bool RaysOptions::writesInside() const {
+    return voxels || std::ranges::any_of(maps.maps, [](RayMap map) { return infoOf(map).solids; });
+}
+
 bool RaysOptions::asksForInside() const {
-    return voxels || parity ||
-           std::ranges::any_of(maps.maps, [](RayMap map) { return infoOf(map).solids; });
+    return writesInside() || parity;
 }
 
 Faces RaysOptions::chosenFaces() const {
@@ -222,6 +233,14 @@ void addRaysOptions(VerbOptions& verb, RaysOptions& options) {
         "a surface an odd number of times:")
         .oneOf(describeChoices(kParityUses))
         .group("Inside");
+    addValue(
+        verb, "--overlap", "NAME", options.overlap,
+        [](const std::string& text) {
+            return choose<Overlap>("rule for overlaps", kOverlaps, text);
+        },
+        "rule for shells of one surface that overlap, in maps and voxels:")
+        .oneOf(describeChoices(kOverlaps))
+        .group("Inside");
     addShownOptions(verb, options);
     addNormalizeOption(verb, options.scene);
     addVariantOption(verb, options.appearance);
@@ -248,6 +267,9 @@ void checkRaysOptions(const RaysOptions& options) {
     checkRayMapFlags(options.maps);
     checkOutputs(options);
     checkFaces(options);
+    if (options.overlap && !options.writesInside())
+        refuse("nothing shows the inside of surfaces", "--overlap",
+               "add --voxels, or a map such as --map thickness");
 }
 
 nlohmann::json raySettings(const RaysOptions& options, std::span<const Bundle> bundles) {
@@ -263,6 +285,8 @@ nlohmann::json raySettings(const RaysOptions& options, std::span<const Bundle> b
     if (!options.maps.legend) settings["legend"] = false;
     if (options.voxels) settings["voxels"] = *options.voxels;
     if (options.points) settings["points"] = true;
+    if (options.writesInside())
+        settings["overlap"] = nameOf<Overlap>(kOverlaps, options.overlapRule());
     if (!options.columns.empty()) settings["columns"] = options.columns;
     if (options.output.isGiven("--dense"))
         settings["planes"] = denseText(options.output.options.dense);

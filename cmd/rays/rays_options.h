@@ -42,15 +42,19 @@ struct RaysOptions : CaptureJobOptions {
     /// Number of cells along the longest side of the lattice.
     std::optional<int> voxels;
     std::optional<ParityUse> parity;
+    std::optional<Overlap> overlap;  ///< none: winding, without a warning
     RayMapFlags maps;
     OutputRequest output;
     SequenceOptions sequence;
 
     /// Whether an output needs the interior of solids.
     bool asksForInside() const;
-    /// Returns the requested faces, or the default. The default is both faces if an output needs
-    /// the interior, and for rays without a camera. For a camera's rays it is otherwise the default
-    /// of pictures, so that the hits match a picture from the same camera.
+    /// Whether a file needs the interior of solids.
+    bool writesInside() const;
+    Overlap overlapRule() const { return overlap.value_or(Overlap::kWinding); }
+    /// Returns the requested faces, or the default. For a camera's rays, the default is that of
+    /// pictures, so that the hits match a picture from the same camera. If an output needs the
+    /// interior, and for other rays, the default is both.
     Faces chosenFaces() const;
     bool writesFile() const { return !output.path.empty(); }
     bool writesPictures() const { return !maps.maps.empty(); }

@@ -210,9 +210,13 @@ void RayMaps::findPaths(RayMapScratch& scratch) const {
     advance(std::numeric_limits<double>::infinity());
 }
 
+void RayMaps::begin(const Bundle& bundle) {
+    if (needs_spans_) sides_ = solids_->sides(bundle, settings_.overlap);
+}
+
 void RayMaps::evaluate(std::span<const float> t, std::span<const std::uint32_t> keys,
                        RayMapScratch& scratch, std::span<float> out) const {
-    if (needs_spans_) scratch.spans.find(t, keys, *solids_);
+    if (needs_spans_) scratch.spans.find(t, keys, *solids_, sides_ ? &*sides_ : nullptr);
     if (needs_paths_) findPaths(scratch);
     const MappedRay ray{t, solids_, settings_, path_materials_, scratch};
     std::size_t channel = 0;

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -61,6 +62,7 @@ struct RayMapSettings {
     /// The two parts that kOverlap compares. Each vector says for every element of Scene::nodes
     /// whether the node belongs to the part.
     std::array<std::vector<char>, 2> parts{};
+    Overlap overlap = Overlap::kWinding;
 };
 
 struct RayMapChannel {
@@ -93,6 +95,13 @@ class RayMaps {
     /// material on a solid of the scene. Names are unique.
     const std::vector<RayMapChannel>& channels() const { return channels_; }
 
+    /// Begins a bundle, to which all rays belong until the next call. Without it, parity decides.
+    void begin(const Bundle& bundle);
+    /// Returns the memory that begin() takes.
+    std::uint64_t sidesBytes() const {
+        return needs_spans_ ? solids_->sidesBytes(settings_.overlap) : 0;
+    }
+
     /// Writes one value per channel to `out`. `t` and `keys` are as for SolidSpans::find().
     void evaluate(std::span<const float> t, std::span<const std::uint32_t> keys,
                   RayMapScratch& scratch, std::span<float> out) const;
@@ -108,9 +117,9 @@ class RayMaps {
     const Solids* solids_;
     RayMapSettings settings_;
     std::vector<RayMapChannel> channels_;
-    /// Material of each path channel (index into Scene::materials).
-    std::vector<std::size_t> path_materials_;
-    std::vector<std::size_t> path_of_;  ///< path channel of each material in Scene::materials
+    std::vector<std::size_t> path_materials_;  ///< index into Scene::materials, by path channel
+    std::vector<std::size_t> path_of_;         ///< path channel, by index into Scene::materials
+    std::optional<TriangleSides> sides_;       ///< of the current bundle
     bool needs_spans_ = false, needs_paths_ = false;
     mutable ObjectPool<RayMapScratch> scratch_;
 };

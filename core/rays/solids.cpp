@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
+#include <optional>
 #include <tuple>
 
 #include "core/base/parallel.h"
@@ -110,10 +112,39 @@ class Solids::EdgeParity {
 
 namespace {
 
-/// Appends the edges of a primitive's triangles. Returns the number of triangles with three
-/// different corners.
+/// Sums over triangles that tell which way a closed surface faces.
+struct FacingSum {
+    /// The hash of each edge, added or subtracted by direction: 0 if every edge is used equally
+    /// often both ways.
+    std::uint64_t edges = 0;
+    double six_volumes = 0, six_sizes = 0;  ///< signed and absolute
+
+    FacingSum& operator+=(const FacingSum& other) {
+        edges += other.edges;
+        six_volumes += other.six_volumes;
+        six_sizes += other.six_sizes;
+        return *this;
+    }
+    void addEdge(std::uint32_t from, std::uint32_t to) {
+        // The finaliser of splitmix64 (Steele, Lea and Flood 2014).
+        std::uint64_t hash = std::uint64_t{std::min(from, to)} << 32 | std::max(from, to);
+        hash = (hash ^ hash >> 30) * 0xBF58476D1CE4E5B9U;
+        hash = (hash ^ hash >> 27) * 0x94D049BB133111EBU;
+        hash ^= hash >> 31;
+        edges += from < to ? hash : -hash;
+    }
+    SolidFacing facing() const {
+        constexpr double kRounding = 1e-6;
+        if (edges != 0) return SolidFacing::kMixed;
+        return six_volumes < -kRounding * six_sizes ? SolidFacing::kInward : SolidFacing::kOutward;
+    }
+};
+
+/// Appends the edges of a primitive's triangles, and adds to `sum`. `origin` is any point near the
+/// mesh. Returns the number of triangles with three different corners.
 std::uint64_t addEdges(const Primitive& primitive, std::size_t index, const WeldedMesh& mesh,
-                       std::vector<Edge>& edges) {
+                       std::span<const glm::vec3> positions, const glm::dvec3& origin,
+                       std::vector<Edge>& edges, FacingSum& sum) {
     std::uint64_t triangles = 0;
     const std::uint64_t elements = elementsOf(primitive);
     edges.reserve(3 * elements);
@@ -124,8 +155,15 @@ std::uint64_t addEdges(const Primitive& primitive, std::size_t index, const Weld
             v[i] = mesh.vertex(index, corners.vertex[i]);
         if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0]) continue;
         ++triangles;
-        for (std::size_t i = 0; i < 3; ++i)
+        std::array<glm::dvec3, 3> p{};
+        for (std::size_t i = 0; i < 3; ++i) {
             edges.push_back(std::minmax({v[i], v[(i + 1) % 3]}));
+            sum.addEdge(v[i], v[(i + 1) % 3]);
+            p[i] = glm::dvec3(positions[corners.vertex[i]]) - origin;
+        }
+        const double six = glm::dot(p[0], glm::cross(p[1], p[2]));
+        sum.six_volumes += six;
+        sum.six_sizes += std::abs(six);
     }
     return triangles;
 }
@@ -141,18 +179,25 @@ const std::vector<Solids::Shell>& Solids::shellsOf(const PosedScene& posed,
     const auto& primitives = posed.primitives(instance);
     const WeldedMesh mesh(posed, instance);
     Shell rest;
+    FacingSum rest_sum;
+    std::optional<glm::dvec3> origin;
     std::vector<Edge> open;
     std::vector<Edge>& edges = parity.edges;
     for (std::size_t i = 0; i < primitives.size(); ++i) {
         if (primitives[i].topology < Topology::kTriangles) continue;
         edges.clear();
-        const std::uint64_t triangles = addEdges(primitives[i], i, mesh, edges);
+        FacingSum sum;
+        const auto& positions = posed.positions(instance, i);
+        if (!origin && !positions.empty()) origin = positions.front();
+        const std::uint64_t triangles =
+            addEdges(primitives[i], i, mesh, positions, origin.value_or(glm::dvec3(0)), edges, sum);
         if (triangles == 0) continue;
         parity.keepOpen(edges);
         if (edges.empty()) {
-            shells.push_back({{i}, triangles, 0});
+            shells.push_back({{i}, triangles, 0, sum.facing()});
             continue;
         }
+        rest_sum += sum;
         rest.primitives.push_back(i);
         rest.triangles += triangles;
         open.insert(open.end(), edges.begin(), edges.end());
@@ -163,12 +208,13 @@ const std::vector<Solids::Shell>& Solids::shellsOf(const PosedScene& posed,
         // primitives' open edges.
         parity.keepOpen(open);
         rest.open_edges = open.size();
+        if (open.empty()) rest.facing = rest_sum.facing();
         shells.push_back(std::move(rest));
     }
     return shells;
 }
 
-Solids::Solids(const PosedScene& posed) : keys_(posed.drawList().keys()) {
+Solids::Solids(const PosedScene& posed) : posed_(posed), keys_(posed.drawList().keys()) {
     EdgeParity parity;
     for (std::size_t i = 0; i < posed.meshes().size(); ++i) {
         const MeshInstance& instance = posed.meshes()[i];
@@ -178,22 +224,60 @@ Solids::Solids(const PosedScene& posed) : keys_(posed.drawList().keys()) {
         for (const Shell& shell : shellsOf(posed, instance, parity)) {
             for (const std::size_t primitive : shell.primitives)
                 surfaces_[first + primitive].solid = static_cast<std::uint32_t>(solids_.size());
-            solids_.push_back(
-                {i, instance.node, shell.primitives, shell.triangles, shell.open_edges});
+            solids_.push_back({i, instance.node, shell.primitives, shell.triangles,
+                               shell.open_edges, shell.facing});
         }
     }
 }
 
+std::uint64_t Solids::sidesBytes(Overlap overlap) const {
+    const bool needed = overlap == Overlap::kWinding && std::ranges::any_of(solids_, &Solid::winds);
+    return needed ? TriangleSides::bytes(posed_) : 0;
+}
+
+std::optional<TriangleSides> Solids::sides(const Bundle& bundle, Overlap overlap) const {
+    if (sidesBytes(overlap) == 0) return {};
+    return TriangleSides(posed_, bundle);
+}
+
+TriangleSides::TriangleSides(const PosedScene& posed, const Bundle& bundle)
+    : posed_(posed), bundle_(bundle), sides_(bytes(posed)) {}
+
+std::uint64_t TriangleSides::bytes(const PosedScene& posed) {
+    const auto& surfaces = posed.drawList().surfaces();
+    if (surfaces.empty()) return 0;
+    const DrawnSurface& last = surfaces.back();
+    return last.first_key +
+           elementsOf(posed.primitives(posed.meshes()[last.instance])[last.primitive]);
+}
+
+std::int8_t TriangleSides::find(std::uint32_t key) const {
+    WorldElement element = elementOf(posed_, key);
+    placeCorners(posed_, element);
+    const glm::dvec3 direction =
+        bundle_.parallel() ? bundle_.direction() : element.corner[0] - bundle_.origin();
+    return glm::dot(element.normal(), direction) > 0 ? -1 : 1;
+}
+
 void SolidSpans::find(std::span<const float> t, std::span<const std::uint32_t> keys,
-                      const Solids& solids) {
+                      const Solids& solids, const TriangleSides* sides) {
     spans_.clear();
     hits_.begin(solids.all().size());
+    if (sides)
+        for (const std::uint32_t key : keys)
+            if (const std::uint32_t solid = solids.solidOf(key); solid != Solids::kNone)
+                hits_[solid].net += sides->turn(key);
     for (std::size_t i = 0; i < keys.size(); ++i) {
         const std::uint32_t solid = solids.solidOf(keys[i]);
         if (solid == Solids::kNone) continue;
         SolidHits& hits = hits_[solid];
         hits.last = static_cast<std::uint32_t>(i);
-        if (++hits.hits % 2 == 0) {
+        ++hits.hits;
+        const bool winds = sides && hits.net == 0 && solids.all()[solid].winds();
+        const std::int32_t before = hits.depth;
+        hits.depth = winds ? before + sides->turn(keys[i]) : 1 - before;
+        if (before != 0 && hits.depth != 0) continue;
+        if (before != 0) {
             spans_[hits.span].end = t[i];
             continue;
         }

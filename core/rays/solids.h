@@ -2,13 +2,16 @@
 // Closed solids, the intervals of rays inside them, and a check of the parity of their hits.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
 
+#include <peeler/bundle.h>
 #include <peeler/layered_image.h>
 #include "core/base/parallel.h"
 #include "core/base/sparse_set.h"
@@ -17,6 +20,19 @@
 
 namespace peeler {
 
+/// The rule for the inside of a solid.
+enum class Overlap : std::uint8_t {
+    kWinding,  ///< nonzero winding number: shells that overlap are one body
+    kParity,   ///< odd number of hits: shells cancel out where they overlap
+};
+
+/// The direction that a solid's triangles face.
+enum class SolidFacing : std::uint8_t {
+    kOutward,
+    kInward,  ///< the volume is negative
+    kMixed,   ///< open, or neighbours run along their common edge in the same direction
+};
+
 /// A surface that bounds a body: a ray that enters it also leaves it.
 struct Solid {
     std::size_t instance = 0;  ///< index into PosedScene::meshes()
@@ -24,8 +40,35 @@ struct Solid {
     std::span<const std::size_t> primitives{};  ///< indices of the primitives in the mesh
     std::uint64_t triangles = 0;  ///< number of triangles with three different corners
     std::uint64_t open_edges = 0;
+    SolidFacing facing = SolidFacing::kMixed;
 
     bool closed() const { return open_edges == 0; }
+    /// Whether Overlap::kWinding decides the inside.
+    bool winds() const { return facing == SolidFacing::kOutward; }
+};
+
+/// The side of each triangle that the rays of a bundle meet: the same for all rays. Found when
+/// needed; thread-safe. The bundle is parallel or a pinhole's.
+class TriangleSides {
+  public:
+    TriangleSides(const PosedScene& posed, const Bundle& bundle);
+
+    /// Returns 1 if rays enter through the triangle of a key, −1 if they leave.
+    int turn(std::uint32_t key) const {
+        const std::atomic_ref side(sides_[key]);
+        std::int8_t known = side.load(std::memory_order_relaxed);
+        if (known == 0) side.store(known = find(key), std::memory_order_relaxed);
+        return known;
+    }
+    /// Returns the bytes of the sides of a scene.
+    static std::uint64_t bytes(const PosedScene& posed);
+
+  private:
+    std::int8_t find(std::uint32_t key) const;
+
+    PosedScene posed_;
+    Bundle bundle_;
+    mutable std::vector<std::int8_t> sides_;  ///< by key; 0 = not found yet
 };
 
 /// The solids of a scene. glTF does not mark closed surfaces, so the topology decides. Vertices at
@@ -48,6 +91,10 @@ class Solids {
     const std::vector<Solid>& all() const { return solids_; }
     /// Returns the solid of a key (DrawList): an index into all(), or kNone.
     std::uint32_t solidOf(std::uint32_t key) const { return surfaceOf(key).solid; }
+    /// Returns the sides of triangles for a rule; none if it needs no sides.
+    std::optional<TriangleSides> sides(const Bundle& bundle, Overlap overlap) const;
+    /// Returns the memory of sides().
+    std::uint64_t sidesBytes(Overlap overlap) const;
     /// Returns the material of a key: an index into Scene::materials.
     std::size_t materialOf(std::uint32_t key) const { return surfaceOf(key).material; }
 
@@ -60,6 +107,7 @@ class Solids {
     struct Shell {
         std::vector<std::size_t> primitives;
         std::uint64_t triangles = 0, open_edges = 0;
+        SolidFacing facing = SolidFacing::kMixed;
     };
 
     const Surface& surfaceOf(std::uint32_t key) const { return surfaces_[keys_.surfaceOf(key)]; }
@@ -67,6 +115,7 @@ class Solids {
     const std::vector<Shell>& shellsOf(const PosedScene& posed, const MeshInstance& instance,
                                        EdgeParity& parity);
 
+    PosedScene posed_;
     std::vector<Solid> solids_;
     KeyIndex keys_;                  // a copy, since the draw list may be destroyed earlier
     std::vector<Surface> surfaces_;  // one for each surface of keys_
@@ -92,20 +141,26 @@ struct SolidSpan : RayInterval {
 /// The count of a ray's hits on one solid.
 struct SolidHits {
     std::uint32_t hits = 0;
-    std::uint32_t last = 0;  ///< index of the last hit among the ray's hits
-    std::uint32_t span = 0;  ///< index of the latest span; used only by find()
+    std::int32_t net = 0;    ///< entries minus exits of the whole ray
+    std::int32_t depth = 0;  ///< while find() runs: winding number, or parity; 0 is outside
+    std::uint32_t last = 0;  ///< index of the last hit in the ray's hits
+    std::uint32_t span = 0;  ///< index of the latest span, while find() runs
 
     bool odd() const { return hits % 2 == 1; }
 };
 
-/// The spans of a ray inside solids, by parity. The ray is inside a solid from its 1st hit of the
-/// solid to the 2nd, from the 3rd to the 4th, and so on. An unpaired last hit begins no span.
-/// Reuses its storage between rays. Each thread needs its own.
+/// The spans of a ray inside solids. By parity, the ray is inside a solid from its 1st hit of the
+/// solid to the 2nd, from the 3rd to the 4th, and so on; an unpaired last hit begins no span. By
+/// winding number, it is inside where it has not left the solid as often as it has entered it.
+/// Reuses its storage between rays. One per thread.
 class SolidSpans {
   public:
     /// Finds the spans of a ray. `t` is in ascending order. `keys` are those of DrawList, with
-    /// coincident hits in draw order.
-    void find(std::span<const float> t, std::span<const std::uint32_t> keys, const Solids& solids);
+    /// coincident hits in draw order. `sides`: Solids::sides() of the ray's bundle, or null. Parity
+    /// decides without them, for solids that do not face outwards, and for a ray that does not
+    /// leave a solid as often as it enters it (through triangles that it grazes).
+    void find(std::span<const float> t, std::span<const std::uint32_t> keys, const Solids& solids,
+              const TriangleSides* sides = nullptr);
 
     /// Returns the spans of non-zero length, ordered by their beginnings. If several spans begin
     /// together, the longest is first, so that the others are inside it.

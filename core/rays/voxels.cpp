@@ -128,11 +128,12 @@ std::uint64_t VoxelVotes::bytesOf(const AxisBundles& lattice) {
            wordsOf(lattice.cells.z);
 }
 
-VoxelVotes::VoxelVotes(const AxisBundles& lattice, const Solids& solids)
+VoxelVotes::VoxelVotes(const AxisBundles& lattice, const Solids& solids, Overlap overlap)
     : corner_(lattice.corner),
       spacing_(lattice.spacing),
       cells_(lattice.cells),
       solids_(solids),
+      overlap_(overlap),
       words_(wordsOf(lattice.cells.z)) {
     try {
         for (ZeroedWords& words : crossings_)
@@ -165,6 +166,10 @@ void VoxelVotes::add(std::size_t axis, const Bundle& bundle, const LayeredImage&
                    .end = axis == 2 ? words_ * kWordBits : lengthOf(cells_[along])};
     const std::span<const float> t(band.z);
     const auto keys = band.extra[0].as<std::uint32_t>();
+    if (sides_of_ != axis) {
+        sides_ = solids_.sides(bundle, overlap_);
+        sides_of_ = axis;
+    }
 
     const auto addAt = [&](int x, int y, Scratch& scratch) {
         const std::size_t pixel = band.pixelIndex(window.x0 + x, window.y0 + y);
@@ -194,9 +199,10 @@ void VoxelVotes::add(std::size_t axis, const Bundle& bundle, const LayeredImage&
     });
 }
 
-/// Marks both ends of every interval in which a ray is inside any solid. The interval begins where
-/// the ray enters its first solid, and ends where it has left all solids. An interval of zero
-/// length flips a cell twice, which has no effect.
+/// Marks both ends of every interval in which a ray is inside any solid: where the ray enters the
+/// first solid, and where it has left all of them. A zero-length interval flips a cell twice, which
+/// has no effect. Parity gives the same intervals as winding numbers where the entries and exits of
+/// each solid take turns.
 void VoxelVotes::addRay(std::span<const float> t, std::span<const std::uint32_t> keys, Line line,
                         Scratch& scratch) const {
     const std::size_t hits = keys.size();
@@ -205,24 +211,34 @@ void VoxelVotes::addRay(std::span<const float> t, std::span<const std::uint32_t>
     // be reloaded after every store.
     std::uint32_t* const solids = scratch.solids.data();
     std::uint8_t* const states = scratch.states.data();
-    bool one = true;
+    bool one = true, alternate = true;
     for (std::size_t i = 0; i < hits; ++i) {
         solids[i] = solids_.solidOf(keys[i]);
         one &= solids[i] == solids[0];
+        alternate &= !sides_ || (sides_->turn(keys[i]) > 0) == (i % 2 == 0);
     }
-    if (one) {
+    if (one && alternate) {
         if (solids[0] == Solids::kNone) return;
         for (std::size_t i = 0; i < hits / 2 * 2; ++i)
             line.cross(t[i], true);
         return;
     }
-    // Bits of a solid's state. 1 − (state & kInside) is 1 outside the solid and −1 inside.
-    constexpr std::uint8_t kOdd = 1, kInside = 2;
-    for (std::size_t i = 0; i < hits; ++i)
-        if (solids[i] != Solids::kNone) states[solids[i]] ^= kOdd;
-    // Goes through the hits backwards. If a solid has an odd number of hits, its last hit begins no
-    // span. In backward order, this hit is the solid's first, and can be skipped. At the end, all
-    // states are 0 again.
+    constexpr std::uint8_t kOdd = 1, kInside = 2;  // 1 − (state & kInside): 1 outside, −1 inside
+    bool by_parity = true;
+    for (std::size_t i = 0; i < hits; ++i) {
+        if (solids[i] == Solids::kNone) continue;
+        std::uint8_t& state = states[solids[i]];
+        by_parity &= !sides_ || (sides_->turn(keys[i]) > 0) == (state == 0);
+        state ^= kOdd;
+    }
+    if (!by_parity) {
+        for (std::size_t i = 0; i < hits; ++i)
+            if (solids[i] != Solids::kNone) states[solids[i]] = 0;
+        addSpans(t, keys, line, scratch);
+        return;
+    }
+    // Backwards, so that a solid's unpaired last hit, which begins no span, is first and can be
+    // skipped. All states are 0 at the end.
     int around = 0;
     for (std::size_t i = hits; i-- > 0;) {
         if (solids[i] == Solids::kNone) continue;
@@ -235,6 +251,17 @@ void VoxelVotes::addRay(std::span<const float> t, std::span<const std::uint32_t>
         states[solids[i]] = state ^ kInside;
         around += 1 - state;
         line.cross(t[i], before == 0 || around == 0);
+    }
+}
+
+void VoxelVotes::addSpans(std::span<const float> t, std::span<const std::uint32_t> keys, Line line,
+                          Scratch& scratch) const {
+    scratch.spans.find(t, keys, solids_, sides_ ? &*sides_ : nullptr);
+    const auto all = [](const SolidSpan&) { return true; };
+    uniteSpans(scratch.spans.all(), all, scratch.inside);
+    for (const RayInterval& interval : scratch.inside) {
+        line.cross(interval.begin, true);
+        line.cross(interval.end, true);
     }
 }
 

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -46,10 +47,12 @@ class VoxelVotes {
   public:
     /// `lattice` gives corner, spacing and cells. Throws Error (kMemory) if there is not enough
     /// memory.
-    VoxelVotes(const AxisBundles& lattice, const Solids& solids);
+    VoxelVotes(const AxisBundles& lattice, const Solids& solids,
+               Overlap overlap = Overlap::kWinding);
 
     /// Adds a band of the bundle along `axis` (0–2). The bundle's rays must go through cell
-    /// centres, and its sides lie along the other axes. Each band must be added once.
+    /// centres, and its sides lie along the other axes. Each band must be added once,
+    /// one axis after another.
     void add(std::size_t axis, const Bundle& bundle, const LayeredImage& band);
 
     /// Counts the votes. Call this once, after the last band. The functions below are valid only
@@ -70,6 +73,8 @@ class VoxelVotes {
     /// Returns the number of cells on which the three rays disagree.
     std::uint64_t disputed() const { return disputed_; }
 
+    /// Returns the memory of an axis besides the votes.
+    std::uint64_t sidesBytes() const { return solids_.sidesBytes(overlap_); }
     static std::uint64_t cellsOf(const AxisBundles& lattice);
     /// Returns the bytes of the votes.
     static std::uint64_t bytesOf(const AxisBundles& lattice);
@@ -79,22 +84,28 @@ class VoxelVotes {
   private:
     struct Scratch {
         std::vector<std::uint32_t> solids;  ///< the solid of each hit of a ray
-        std::vector<std::uint8_t> states;   ///< state of each solid in addRay()
+        std::vector<std::uint8_t> states;   ///< the state of every solid (addRay())
+        SolidSpans spans;
+        std::vector<RayInterval> inside;
     };
     struct Line;
 
     void addRay(std::span<const float> t, std::span<const std::uint32_t> keys, Line line,
                 Scratch& scratch) const;
+    void addSpans(std::span<const float> t, std::span<const std::uint32_t> keys, Line line,
+                  Scratch& scratch) const;
 
     glm::dvec3 corner_;
     double spacing_;
     glm::ivec3 cells_;
     const Solids& solids_;
-    std::size_t words_;  ///< number of words in a line along z
-    /// For each axis, marks where rays enter and leave solids.
-    std::array<ZeroedWords, 3> crossings_;
-    ZeroedWords inside_;  ///< cells with 2 or 3 votes
-    ZeroedWords odd_;     ///< cells with 1 or 3 votes; lines along z ordered by y, then x
+    Overlap overlap_;
+    std::optional<TriangleSides> sides_;    ///< of the current axis
+    std::optional<std::size_t> sides_of_;   ///< this axis
+    std::size_t words_;                     ///< number of words in a line along z
+    std::array<ZeroedWords, 3> crossings_;  ///< per axis: where its rays enter and leave solids
+    ZeroedWords inside_;                    ///< cells inside by majority
+    ZeroedWords odd_;  ///< cells that one or three rays find inside; lines sorted by y, then x
     std::uint64_t occupied_ = 0, disputed_ = 0;
     ObjectPool<Scratch> scratch_;
 };

@@ -206,7 +206,10 @@ void RayMapOutput::begin(std::span<const Bundle> bundles, std::span<const std::u
 void RayMapOutput::take(std::size_t bundle, const LayeredImage& band) {
     const Window& window = band.window;
     const Window& crop = bundles_[bundle].view.crop;
-    if (window.y0 == crop.y0) beginBundle(bundle);
+    if (window.y0 == crop.y0) {
+        maps_.begin(bundles_[bundle]);
+        beginBundle(bundle);
+    }
     const std::size_t channels = maps_.channels().size();
     const std::size_t row = std::max<std::size_t>(1, channels * std::size_t(window.width()));
     const int at_once = static_cast<int>(std::clamp<std::size_t>(kValuesAtOnce / row, 1, 1024));
@@ -222,7 +225,7 @@ void RayMapOutput::take(std::size_t bundle, const LayeredImage& band) {
 }
 
 SinkMemory RayMapOutput::memory(const Bundle&) const {
-    return {.pixel_bytes = maps_.channels().size() * sizeof(float)};
+    return {.bytes = maps_.sidesBytes(), .pixel_bytes = maps_.channels().size() * sizeof(float)};
 }
 
 RayResults RayMapOutput::results() const {

@@ -165,10 +165,11 @@ bool needsSolids(std::span<const RayMap> maps);
 /// world space) and `spacing` (double, scene units). .vdb: see formats/arrays/vdb_writer.h; the
 /// file records `creator`.
 ///
-/// Keeps three bits per cell and, for .vdb, OpenVDB's memory. `solids` must outlive the output.
-/// Throws Error (kUsage) if the path has none of these extensions, and Error (kMemory) if the cells
-/// do not fit into memory.
+/// `overlap` decides what is inside. Keeps three bits per cell and, for .vdb, OpenVDB's memory.
+/// `solids` must outlive the output. Throws Error (kUsage) if the path has none of these
+/// extensions, and Error (kMemory) if the cells do not fit into memory.
 std::unique_ptr<RayOutput> makeVoxelOutput(std::string path, const Solids& solids,
-                                           AxisBundles lattice, std::string creator);
+                                           AxisBundles lattice, std::string creator,
+                                           Overlap overlap = Overlap::kWinding);
 
 }  // namespace peeler

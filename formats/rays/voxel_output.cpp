@@ -25,12 +25,13 @@ bool isVdb(const std::string& path) {
 
 class VoxelOutput final : public RayOutput {
   public:
-    VoxelOutput(std::string path, const Solids& solids, AxisBundles lattice, std::string creator)
+    VoxelOutput(std::string path, const Solids& solids, AxisBundles lattice, std::string creator,
+                Overlap overlap)
         : path_(std::move(path)),
           lattice_(std::move(lattice)),
           creator_(std::move(creator)),
           is_grid_(isVdb(path_)),
-          votes_(lattice_, solids) {}
+          votes_(lattice_, solids, overlap) {}
 
     SizeForecast forecast(std::span<const Bundle>, std::span<const std::uint64_t>) const override;
     void begin(std::span<const Bundle> bundles, std::span<const std::uint64_t> hits) override;
@@ -41,7 +42,8 @@ class VoxelOutput final : public RayOutput {
     RayResults results() const override;
     /// This includes the memory of OpenVDB's grid, which is hardly larger than the file.
     SinkMemory memory(const Bundle&) const override {
-        return {.bytes = VoxelVotes::bytesOf(lattice_) + (is_grid_ ? forecast({}, {}).bytes : 0)};
+        return {.bytes = VoxelVotes::bytesOf(lattice_) + votes_.sidesBytes() +
+                         (is_grid_ ? forecast({}, {}).bytes : 0)};
     }
 
   private:
@@ -137,9 +139,10 @@ RayResults VoxelOutput::results() const {
 }  // namespace
 
 std::unique_ptr<RayOutput> makeVoxelOutput(std::string path, const Solids& solids,
-                                           AxisBundles lattice, std::string creator) {
+                                           AxisBundles lattice, std::string creator,
+                                           Overlap overlap) {
     return std::make_unique<VoxelOutput>(std::move(path), solids, std::move(lattice),
-                                         std::move(creator));
+                                         std::move(creator), overlap);
 }
 
 }  // namespace peeler

@@ -75,7 +75,7 @@ class Stub(ModuleTest):
         self.assertEqual(keywords(there["Renderer.layers"]), render | camera)
         self.assertEqual(keywords(there["Renderer.composite"]), (render | camera) - {"channels", "cryptomatte"})
         elsewhere = ELSEWHERE | {"points", "double", "map", "attenuation", "part", "range", "no_legend", "legend", "voxels",
-                                 "parity", "no_refine", "strict"}
+                                 "parity", "overlap", "no_refine", "strict"}
         self.assertEqual(keywords(there["Renderer.rays"]) - camera, options("rays") - elsewhere)
 
     def test_functions_of_verbs(self):

@@ -388,6 +388,94 @@ TEST_P(RaysCli, WithoutAttenuationTheMedianPathIsHalfTransparent) {
     EXPECT_NE(none.err.find("no ray passes through a solid"), std::string::npos) << none.err;
 }
 
+Primitive insideOut(Primitive mesh) {
+    for (std::size_t i = 0; i < mesh.indices.size(); i += 3)
+        std::swap(mesh.indices[i], mesh.indices[i + 1]);
+    return mesh;
+}
+
+/// Boxes of one mesh, and the volume inside by winding number and by parity.
+struct ShellCase {
+    const char* name;
+    std::vector<Primitive> shells;
+    double winding, parity;
+    const char* undecided = nullptr;  ///< reason
+};
+
+TEST_P(RaysCli, ShellsThatOverlapAreOneBody) {
+    const Primitive box = boxOf({0, 0, 0}, {10, 10, 10}), inner = boxOf({2, 2, 2}, {8, 8, 8});
+    const Primitive other = boxOf({5, 5, 5}, {15, 15, 15});
+    Primitive flipped = box;
+    std::swap(flipped.indices[3], flipped.indices[4]);
+    const ShellCase cases[] = {
+        {"overlap", {box, other}, 1875, 1750},
+        {"nested", {box, inner}, 1000, 784},
+        {"cavity", {box, insideOut(inner)}, 784, 784},
+        {"twice", {box, box}, 1000, 0},
+        {"inside out", {insideOut(box)}, 1000, 1000, "inside out"},
+        {"flipped", {flipped}, 1000, 1000, "faces both ways"},
+    };
+    for (const ShellCase& one : cases) {
+        const std::string file = (scratch_ / "shells.ply").string();
+        writeText(file, plyOf(one.shells));
+        const auto run = [&](const std::vector<std::string>& more) {
+            std::vector<std::string> all{"rays", file, "--quiet", "--json", "--engine", GetParam()};
+            all.insert(all.end(), more.begin(), more.end());
+            const Outcome outcome = runPeeler(all);
+            EXPECT_EQ(outcome.exit_code, 0) << one.name << outcome.err;
+            return nlohmann::json::parse(outcome.out);
+        };
+        for (const bool winding : {true, false}) {
+            const double volume = winding ? one.winding : one.parity;
+            const std::vector<std::string> maps{"--direction", "1,0,0", "--spacing", "0.5", "--map",
+                                                "thickness",   "-o",    out("t.npz")},
+                voxels{"--voxels", one.shells.size() > 1 && volume > 1000 ? "15" : "10", "-o",
+                       out("v.npz")};
+            for (std::vector<std::string> arguments : {maps, voxels}) {
+                if (!winding) arguments.insert(arguments.end(), {"--overlap", "parity"});
+                const auto result = run(arguments);
+                const auto& found =
+                    result.contains("voxels") ? result["voxels"] : result["maps"][0]["channels"][0];
+                EXPECT_NEAR(found.at("volume").get<double>(), volume, 0.05) << one.name << winding;
+                EXPECT_EQ(result.contains("undecided"), winding && one.undecided) << one.name;
+                if (winding && one.undecided) {
+                    EXPECT_EQ(result["undecided"][0]["reason"], one.undecided);
+                }
+                if (&one == cases && !result.contains("voxels")) {
+                    EXPECT_NEAR(found.at("greatest").get<double>(), winding ? 15 : 10, 1e-5);
+                }
+            }
+        }
+    }
+}
+
+TEST_P(RaysCli, WhatWindingDoesNotDecideIsReported) {
+    const std::string file = (scratch_ / "open.ply").string();
+    Primitive open = boxOf({0, 0, 0}, {1, 1, 1});
+    open.indices.resize(33);
+    writeText(file, plyOf({open}));
+    const auto run = [&](const std::vector<std::string>& more) {
+        std::vector<std::string> all{"rays",       file,           "--engine",  GetParam(),
+                                     "--axes",     "--map",        "thickness", "-o",
+                                     out("o.npz"), "--resolution", "16"};
+        all.insert(all.end(), more.begin(), more.end());
+        return runPeeler(all);
+    };
+    const std::string words = "a surface is not closed and facing outwards";
+    const Outcome note = run({}), warning = run({"--overlap", "winding"});
+    EXPECT_EQ(note.exit_code + warning.exit_code, 0);
+    EXPECT_NE(note.err.find("peeler: " + words), std::string::npos) << note.err;
+    EXPECT_NE(note.err.find("(open)"), std::string::npos) << note.err;
+    EXPECT_NE(warning.err.find("peeler: warning: " + words), std::string::npos) << warning.err;
+    fs::remove(out("o.npz"));
+    EXPECT_EQ(run({"--overlap", "winding", "--strict"}).exit_code, 3);
+    EXPECT_FALSE(fs::exists(out("o.npz")));
+    const Outcome chosen = run({"--overlap", "parity", "--strict"});
+    EXPECT_EQ(chosen.exit_code, 0) << chosen.err;
+    EXPECT_EQ(chosen.err.find(words), std::string::npos) << chosen.err;
+    expectRefused({"--axes", "--overlap", "parity"}, 2, "--overlap");
+}
+
 TEST_P(RaysCli, NoPictureOfASeriesIsReplaced) {
     writeText(out("m_0002.png"), "there");
     const Outcome run = rays({"--axes", "--map", "first", "--no-clobber", "-o", out("m_####.png")});

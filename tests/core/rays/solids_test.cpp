@@ -196,5 +196,55 @@ TEST(Solids, KeysAreThoseOfTheDrawList) {
     }
 }
 
+TEST(Solids, AWindingNumberNeedsTrianglesThatFaceOutwards) {
+    const auto facing = [](Primitive mesh) {
+        Scene scene = oneMesh({std::move(mesh)});
+        return Solids(PosedScene(scene)).all().at(0).facing;
+    };
+    Primitive inward = tetrahedron(), mixed = tetrahedron(), open = tetrahedron();
+    for (std::size_t i = 0; i < 12; i += 3)
+        std::swap(inward.positions[i], inward.positions[i + 1]);
+    std::swap(mixed.positions[0], mixed.positions[1]);
+    open.positions.resize(9);
+    EXPECT_EQ(facing(tetrahedron()), SolidFacing::kOutward);
+    EXPECT_EQ(facing(inward), SolidFacing::kInward);
+    EXPECT_EQ(facing(mixed), SolidFacing::kMixed);
+    EXPECT_EQ(facing(open), SolidFacing::kMixed);
+}
+
+TEST(SolidSpansByWinding, ARayIsInsideUntilItHasLeftAsOftenAsEntered) {
+    const Scene scene = bodies(2);
+    const PosedScene posed(scene);
+    const Solids solids(posed);
+    // Along +z, the first triangle of a tetrahedron faces the rays, the third faces away.
+    const Bounds box{{0, 0, 0}, {1, 1, 1}};
+    const TriangleSides sides(posed, parallelBundle("z", box, box, {0, 0, 1}, {4}));
+    SolidSpans spans;
+    const std::vector<float> t{1, 2, 3, 4, 5, 6};
+    const auto found = [&](const std::vector<int>& of, const std::vector<int>& turns) {
+        std::vector<std::uint32_t> keys;
+        for (std::size_t i = 0; i < of.size(); ++i)
+            keys.push_back(keyOf(of[i]) + (turns.empty() || turns[i] > 0 ? 0 : 2));
+        for (std::size_t i = 0; i < turns.size(); ++i)
+            EXPECT_EQ(sides.turn(keys[i]), turns[i]);
+        spans.find(std::span(t).first(of.size()), keys, solids, turns.empty() ? nullptr : &sides);
+        std::vector<RayInterval> intervals;
+        for (const SolidSpan& span : spans.all())
+            intervals.push_back(span);
+        return intervals;
+    };
+    using Intervals = std::vector<RayInterval>;
+    const std::vector<int> four(4, 0);
+    EXPECT_EQ(found(four, {1, 1, -1, -1}), (Intervals{{1, 4}}));
+    EXPECT_EQ(found(four, {1, -1, 1, -1}), (Intervals{{1, 2}, {3, 4}}));
+    EXPECT_EQ(found(four, {}), (Intervals{{1, 2}, {3, 4}})) << "parity";
+    // A cavity: enter, leave into it, enter again, leave.
+    EXPECT_EQ(found({0, 0, 0, 0, 0, 0}, {1, 1, -1, -1, 1, -1}), (Intervals{{1, 4}, {5, 6}}));
+    // Parity where the ray does not leave as often as it enters.
+    EXPECT_EQ(found(four, {1, 1, 1, -1}), (Intervals{{1, 2}, {3, 4}}));
+    // Each solid on its own.
+    EXPECT_EQ(found({0, 1, 0, 1}, {1, 1, -1, -1}), (Intervals{{1, 3}, {2, 4}}));
+}
+
 }  // namespace
 }  // namespace peeler::test
