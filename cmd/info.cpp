@@ -45,6 +45,7 @@ VerbAction declareInfo(VerbOptions& verb) {
         .files(sceneExtensions() + " .exr")
         .required();
     addSceneOptions(verb, options->scene);
+    addNormalizeOption(verb, options->scene);
     addUpOption(verb, options->scene.reading);
     addAppearanceOptions(verb, options->appearance);
     addLayeredOptions(verb, options->image);

@@ -15,12 +15,14 @@
 #include "cmd/cli/errors.h"
 #include "cmd/cli/parse.h"
 #include "cmd/cli/report.h"
+#include "cmd/masks/mask_pictures.h"
 #include "cmd/masks/scene_objects.h"
 #include "cmd/options/appearance_options.h"
 #include "cmd/options/camera_options.h"
 #include "cmd/options/capture_job.h"
 #include "cmd/options/capture_options.h"
 #include "cmd/options/clip_options.h"
+#include "cmd/options/many_scenes.h"
 #include "cmd/options/output_checks.h"
 #include "cmd/options/output_options.h"
 #include "cmd/options/sequence_options.h"
@@ -55,12 +57,14 @@ constexpr MaskFormatRow kMaskFormats[] = {
 };
 
 struct MasksOptions : CaptureJobOptions {
+    std::vector<fs::path> scenes;  ///< files, folders and globs
     CameraOptions camera;
     ViewListOptions views;
     SequenceOptions sequence;
     ClipOptions clip;
     ObjectsRequest objects;
     MaskFormats formats{true, true, true};
+    MaskPictureOptions pictures;
     double see_through = 0;
     int canvas = 1;
     fs::path output;
@@ -76,7 +80,8 @@ class Masks {
           job_(options, session),
           views_(options.views, options.camera, options.scene.reading.strict, session.reporter()),
           results_(views_.asked() ? "view" : "", session.reporter()),
-          capture_(options.capture) {
+          capture_(options.capture),
+          pictures_(options.pictures, options.capture, job_, views_) {
         capture_.channels = {Channel::kId};
         // Opacity does not depend on light.
         capture_.shading = Shading::kUnlit;
@@ -84,8 +89,8 @@ class Masks {
         if (options.see_through > 0) capture_.color_type = PixelType::kFloat;
     }
 
-    /// Returns the exit code.
-    int run();
+    /// Returns the exit code, and sets the result as JSON, or null if there is none.
+    int run(Json& result);
 
   private:
     /// The hash of a view's settings, and the hash of everything that determines the view's files.
@@ -102,6 +107,7 @@ class Masks {
     Plan capture(std::size_t view, const View& seen, const PosedScene& posed, ObjectMaskSink& sink,
                  int& passes);
     const ViewHashes& hashesOf(std::size_t view);
+    Provenance provenanceOf(std::size_t view) const;
     bool writeShared();
     void report(std::size_t view, PictureResult& result, const Json& objects,
                 const std::string& counts);
@@ -113,6 +119,7 @@ class Masks {
     std::size_t first_ = 0, end_ = 1;  ///< range of the views that this run makes
     SequenceResults results_;
     CaptureSettings capture_;
+    MaskPictures pictures_;
     const OpenedScene* scene_ = nullptr;        ///< owned by job_
     std::vector<View> seen_;                    ///< cameras of all views
     std::map<std::size_t, ViewHashes> hashes_;  ///< hashes of the requested views, by view index
@@ -121,7 +128,7 @@ class Masks {
     std::optional<ProgressReport> progress_;
 };
 
-int Masks::run() {
+int Masks::run(Json& result) {
     checkOptions();
     int code = 0;
     bool whole = false;
@@ -134,14 +141,13 @@ int Masks::run() {
         code = reportError(reporter_, currentError());
     }
     if (!results_.empty() || code == 0) {
-        Json json = results_.json();
-        if (!json.is_null()) {
-            json["sharedFiles"] = Json::array();
+        result = results_.json();
+        if (!result.is_null()) {
+            result["sharedFiles"] = Json::array();
             if (whole)
                 for (const fs::path& file : folder_->sharedFiles())
-                    json["sharedFiles"].push_back(file.string());
+                    result["sharedFiles"].push_back(file.string());
         }
-        reportResult(options_.report, json, {}, reporter_);
     }
     results_.reportFailures();
     return std::max(code, results_.worst());
@@ -215,18 +221,27 @@ const Masks::ViewHashes& Masks::hashesOf(std::size_t view) {
     views_.addSettings(view, more);
     CaptureSettings capture = capture_;
     capture.clip = clipVolume(options_.clip, poseOf(view));
-    hashes.settings = job_.settingsHash(capture, std::move(more), seen_[view].crop);
+    hashes.settings = job_.settingsHash(capture, more, seen_[view].crop);
 
     const MaskFormats& formats = options_.formats;
-    const Json kinds = {hashes.settings, formats.bop, formats.coco, formats.ids};
+    Json kinds = {hashes.settings, formats.bop, formats.coco, formats.ids, "numbers from indices"};
+    if (formats.rgb)
+        kinds.push_back(pictures_.hash(seen_[view], capture.clip, more, provenanceOf(view)));
     OutputOptions output;
     output.as = "composite";
-    output.provenance.scene_hash = hexText(scene_->scene().content_hash);
+    output.provenance = provenanceOf(view);
     output.provenance.settings_hash = hashText(dumpJson(kinds));
-    output.provenance.time = options_.animation.time.value_or(0);
-    output.provenance.view = static_cast<int>(view);
     hashes.output = outputHash(seen_[view], "masks.png", output);
     return hashes_.emplace(view, std::move(hashes)).first->second;
+}
+
+Provenance Masks::provenanceOf(std::size_t view) const {
+    Provenance provenance;
+    provenance.version = PEELER_VERSION;
+    provenance.scene_hash = hexText(scene_->scene().content_hash);
+    provenance.time = options_.animation.time.value_or(0);
+    provenance.view = static_cast<int>(view);
+    return provenance;
 }
 
 Plan Masks::capture(std::size_t view, const View& seen, const PosedScene& posed,
@@ -277,8 +292,14 @@ void Masks::ofView(std::size_t view) {
     {
         const StageTimer timer(job_.times(), "write");
         const std::vector<glm::dmat4> places = placesOf(posed, objects_);
+        const auto write_rgb = [&](const fs::path& path) {
+            Provenance provenance = provenanceOf(view);
+            provenance.output_hash = hashes.output;
+            pictures_.write(seen_[view], posed, clipVolume(options_.clip, posed), provenance, path,
+                            result);
+        };
         result.bytes = folder_->write(
-            {view, seen_[view], hashes.output, sink.objects(), places, sink.layers()});
+            {view, seen_[view], hashes.output, sink.objects(), places, sink.layers(), write_rgb});
     }
     Provenance provenance;
     provenance.method = capture_.method;
@@ -299,7 +320,7 @@ void Masks::ofView(std::size_t view) {
         if (of.canvas_pixels == 0) continue;
         ++there;
         if (of.visible.count() > 0) ++visible;
-        objects.push_back({{"object", i + 1},
+        objects.push_back({{"object", objects_.objects[i].number},
                            {"name", objects_.objects[i].name},
                            {"canvasPixels", of.canvas_pixels},
                            {"amodalPixels", of.amodal.count()},
@@ -339,11 +360,53 @@ void Masks::report(std::size_t view, PictureResult& result, const Json& objects,
     if (view + 1 == end_) progress_->update(1);  // before the last result
     const std::string line = options_.output.string() + ": " + of;
     if (result.skipped) return results_.add(toJson(result), line + "skipped, already complete");
+    if (results_.empty()) noteDisplay(result, reporter_);
     Json found = findingsOf(result);
     found["objects"] = objects;
     results_.add(toJson(result, found), line + counts + ", " + countText(result.layers, "layer") +
                                             ", " + bytesText(result.bytes) + ", " +
                                             totalText(result.milliseconds));
+}
+
+int reportMasks(const MasksOptions& options, const Json& result, Reporter& reporter) {
+    if (result.is_null()) return 0;
+    return runReported(reporter, [&] {
+        reportResult(options.report, result, {}, reporter);
+        return 0;
+    });
+}
+
+int masksOfOne(MasksOptions& options, Session& session) {
+    options.scene.file = options.scenes.front();
+    options.output = namedAfter(options.scene.file, options.output);
+    Json result;
+    const int code = Masks(options, session).run(result);
+    return std::max(code, reportMasks(options, result, session.reporter()));
+}
+
+/// Makes a folder of masks for each scene. Reports {"scenes": [one result per scene]} and, if any
+/// failed, "failed".
+int masksOfEach(const MasksOptions& options, Session& session) {
+    Reporter& reporter = session.reporter();
+    options.report.applyTo(reporter);
+    const std::vector<fs::path> scenes = listScenes(options.scenes);
+    SceneOutputs outputs;
+    for (const fs::path& scene : scenes)
+        outputs.take(namedAfter(scene, options.output), scene,
+                     "--output " + options.output.string());
+    Json results;
+    int worst = makeEachScene(scenes, options.sequence.keep_going, reporter, results,
+                              [&](std::size_t i, Json& result) {
+                                  MasksOptions one = options;
+                                  one.scene.file = scenes[i];
+                                  one.output = namedAfter(scenes[i], options.output);
+                                  one.report.json = false;
+                                  one.report.file.reset();
+                                  return Masks(one, session).run(result);
+                              });
+    worst = std::max(worst, reportMasks(options, results, reporter));
+    reportFailedScenes(results, scenes.size(), reporter);
+    return worst;
 }
 
 MaskFormats parseFormats(const std::string& text) {
@@ -410,8 +473,13 @@ constexpr const char* kMasksFooter =
 
 VerbAction declareMasks(VerbOptions& verb) {
     const auto options = std::make_shared<MasksOptions>();
-    addSceneArgument(verb, *options);
+    verb.addFiles("SCENE", options->scenes,
+                  "scenes (glTF, PLY, STL, OBJ), folders of scenes, or globs in quotes; in the "
+                  "folder's name, {stem} stands for the scene's name, {folder} for its folder's "
+                  "name")
+        .files(sceneExtensions());
     addMaskOptions(verb, *options);
+    addMaskPictureOptions(verb, options->pictures, *options);
     addShownOptions(verb, *options);
     addVariantOption(verb, options->appearance);
     addNormalizeOption(verb, options->scene);
@@ -426,7 +494,14 @@ VerbAction declareMasks(VerbOptions& verb) {
             "render a view for each camera of a file: transforms.json, BOP's scene_camera.json, a "
             "COLMAP model, .npy, .npz or .jsonl");
     verb.footer(kMasksFooter);
-    return [options](Session& session) { return Masks(*options, session).run(); };
+    return [options, verb](Session& session) {
+        checkMaskPictureOptions(verb, options->pictures);
+        options->formats.rgb = options->pictures.asked;
+        if (options->formats.rgb) chooseStudio(options->camera, *options);
+        setShadowSize(options->capture, options->pictures.shadow_size);
+        return isOneScene(options->scenes) ? masksOfOne(*options, session)
+                                           : masksOfEach(*options, session);
+    };
 }
 
 }  // namespace peeler::cmd

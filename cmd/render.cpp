@@ -16,6 +16,7 @@
 #include "cmd/machine/resources.h"
 #include "cmd/options/empty_picture.h"
 #include "cmd/options/forecast.h"
+#include "cmd/options/many_scenes.h"
 #include "cmd/options/output_checks.h"
 #include "cmd/options/sequence_options.h"
 #include "cmd/render/channel_options.h"
@@ -218,6 +219,7 @@ void Render::pose(Picture& picture, std::size_t index) {
     picture.result.view = picture.asked.number.view;
     picture.result.camera = picture.asked.view.camera_name;
     picture.result.normalized = request_.normalized();
+    if (request_.makesSamples()) picture.result.sample_view = picture.asked.view;
 }
 
 /// Runs the count pass and creates the writer, but does not start it.
@@ -346,8 +348,8 @@ void Render::writeCameras() {
     cameras_->write();
 }
 
-/// Reports the forecast file size. In a sequence, reports once, assuming that all remaining
-/// pictures have the same size.
+/// Reports the forecast file size. Reports once, assuming that all remaining pictures, and those of
+/// the other scenes, have the same size.
 void Render::reportSize(Picture& picture, const OutputOptions& output) {
     const std::filesystem::path& path = picture.asked.output.path;
     Forecast forecast;
@@ -356,7 +358,7 @@ void Render::reportSize(Picture& picture, const OutputOptions& output) {
                        countText(picture.plan.fragments_stored, "fragment")}};
     picture.result.forecast_bytes = forecast.size().bytes;
     if (std::exchange(size_told_, true)) return;
-    forecast.times = request_.pictures() - picture.asked.index;
+    forecast.times = request_.pictures() * options_.scenes_like_this - picture.asked.index;
     reportForecast(forecast, reporter_, options_.sequence.dry_run);
 }
 
@@ -452,29 +454,17 @@ int renderEach(const RenderOptions& options, const std::vector<RenderOptions>& s
                Session& session) {
     Reporter& reporter = session.reporter();
     options.report.applyTo(reporter);
+    std::vector<std::filesystem::path> files;
+    for (const RenderOptions& one : scenes)
+        files.push_back(one.scene.file);
     Json results;
-    results["scenes"] = Json::array();
-    int worst = 0;
-    for (const RenderOptions& one : scenes) {
-        Json result;
-        int code = 0;
-        try {
-            code = Render(one, session).run(result);
-        } catch (...) {
-            code = reportError(reporter, currentError());
-        }
-        worst = std::max(worst, code);
-        if (!result.is_null()) results["scenes"].push_back(result);
-        if (code == 0) continue;
-        results["failed"].push_back({{"input", one.scene.file.string()}, {"exitCode", code}});
-        if (!options.sequence.keep_going) break;
-    }
+    int worst = makeEachScene(
+        files, options.sequence.keep_going, reporter, results,
+        [&](std::size_t i, Json& result) { return Render(scenes[i], session).run(result); });
     worst =
         std::max(worst, endShards(options, worst == 0 || options.sequence.keep_going, reporter));
     worst = std::max(worst, report(options, results, reporter));
-    if (const std::size_t failed = results.value("failed", Json::array()).size(); failed > 0)
-        reporter.error(groupedText(failed) + " of " + countText(scenes.size(), "scene") +
-                       " failed");
+    reportFailedScenes(results, scenes.size(), reporter);
     return worst;
 }
 

@@ -100,6 +100,7 @@ std::string outputHash(const View& view, const std::string& path, const OutputOp
         {"toneMap", output.tone_map},
     };
     if (provenance.view) all["view"] = *provenance.view;
+    if (output.compress) all["compress"] = true;
     if (findOutputFormat(path, output.as).holds(OutputContent::kPlanes))
         all["planes"] = denseText(output.dense);
     return hashText(dumpJson(all));

@@ -30,7 +30,7 @@ std::unique_ptr<Sink> makeArrays(const std::string& path, const OutputOptions& o
 }
 
 std::unique_ptr<Sink> makeXrayMatrix(const std::string& path, const OutputOptions& options) {
-    return makeXray(path, options.provenance.output_hash);
+    return makeXray(path, options);
 }
 
 SizeForecast arraysForecast(const std::string& path, const Plan& plan,
@@ -38,16 +38,14 @@ SizeForecast arraysForecast(const std::string& path, const Plan& plan,
     return forecastFragmentArrays(path, plan, emptyBand(plan), arrayOptions(options));
 }
 
+/// Returns `files(path)`, which needs no options.
+template <std::vector<std::string> (*files)(const std::string&)>
+std::vector<std::string> companions(const std::string& path, const OutputOptions& /*options*/) {
+    return files(path);
+}
+
 SizeForecast xrayForecast(const std::string& path, const Plan& plan, const OutputOptions& options) {
-    return forecastXray(path, plan, options.provenance.output_hash);
-}
-
-std::vector<std::string> lariCompanions(const std::string& path, const OutputOptions&) {
-    return lariFiles(path);
-}
-
-SizeForecast lariForecast(const std::string& path, const Plan& plan, const OutputOptions&) {
-    return forecastLariSample(path, plan);
+    return forecastXray(path, plan, options);
 }
 
 std::vector<OutputFormat> makeTable() {
@@ -118,8 +116,16 @@ std::vector<OutputFormat> makeTable() {
                     .make = makeLariSample,
                     .content = OutputContent::kLari,
                     .for_display = true,
-                    .forecast = lariForecast,
-                    .beside = lariCompanions});
+                    .forecast = forecastLariSample,
+                    .beside = companions<lariFiles>});
+    rows.push_back({.extensions = {".png"},
+                    .kind = "world-tracing",
+                    .summary = "a frame for World Tracing: OUT.png and OUT_xyz.npz",
+                    .make = makeWorldTracingSample,
+                    .content = OutputContent::kWorldTracing,
+                    .for_display = true,
+                    .forecast = forecastWorldTracingSample,
+                    .beside = companions<worldTracingFiles>});
     rows.push_back({.extensions = arrays,
                     .kind = "xray",
                     .summary = "a sample for X-Ray: 16 layers as a sparse matrix for scipy",

@@ -30,9 +30,10 @@ enum class OutputContent : std::uint8_t {
     kPage,    ///< a web page that shows the layers over a background
     kArrays,  ///< arrays of the values of every fragment, as per-pixel lists
     kPlanes,  ///< arrays of planes: plane k holds each pixel's k-th nearest fragment
-    /// For third-party loaders, with one ray per pixel. kLari: a picture over black, with the
-    /// depths of its layers beside it. kXray: the layers as a sparse matrix.
+    /// For third-party loaders, with one ray per pixel. kLari, kWorldTracing: a picture over black,
+    /// with the depths or the points of its layers beside it. kXray: the layers as a sparse matrix.
     kLari,
+    kWorldTracing,
     kXray,
 };
 
@@ -68,8 +69,12 @@ struct OutputFormat {
     bool hasComposite() const {
         return holds(OutputContent::kLayers) || holds(OutputContent::kComposite);
     }
-    bool takesOneSample() const {
-        return holds(OutputContent::kLari) || holds(OutputContent::kXray);
+    /// Whether the files are made for loaders of data sets.
+    bool isSample() const { return takesOneSample() || holds(OutputContent::kPlanes); }
+    bool takesOneSample() const { return isOverBlack() || holds(OutputContent::kXray); }
+    /// Whether the files are a picture over black, with arrays beside it.
+    bool isOverBlack() const {
+        return holds(OutputContent::kLari) || holds(OutputContent::kWorldTracing);
     }
     bool takesBackground() const {
         return holds(OutputContent::kComposite) || holds(OutputContent::kPage);

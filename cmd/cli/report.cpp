@@ -13,6 +13,7 @@
 #include "cmd/machine/resources.h"
 #include "cmd/session/choices.h"
 #include "core/base/printable.h"
+#include "formats/cameras/calibration.h"
 #include "formats/file/atomic_file.h"
 #include "formats/file/json_text.h"
 
@@ -179,6 +180,7 @@ Json findingsOf(const PictureResult& result) {
         return json;
     }
     if (result.normalized) json["normalized"] = normalizingJson(*result.normalized);
+    if (result.sample_view) json.update(calibrationJson(*result.sample_view));
     json["width"] = result.width;
     json["height"] = result.height;
     json["layers"] = result.layers;

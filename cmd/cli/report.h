@@ -12,6 +12,7 @@
 
 #include <peeler/sink.h>
 #include <peeler/stage_times.h>
+#include <peeler/view.h>
 #include "cmd/cli/progress_lines.h"
 #include "cmd/session/reporter.h"
 #include "core/views/many_cameras.h"
@@ -94,6 +95,7 @@ struct PictureResult : RunResult {
     std::optional<int> view{};                ///< index of the view, if there are several
     std::string camera{};                     ///< name of the camera
     std::optional<Normalizing> normalized{};  ///< the transform that --normalize applied
+    std::optional<View> sample_view{};        ///< view of a sample, reported as calibrationJson()
     bool skipped = false;       ///< whether the file already existed; then only `bytes` is known
     int width = 0, height = 0;  ///< size of the display window, pixels
     std::uint64_t layers = 0;

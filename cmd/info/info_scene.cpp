@@ -126,6 +126,8 @@ SceneFacts gather(const InfoOptions& options) {
     facts.assumed = assumedOf(options.file, request.scene.reading);
     facts.scene.default_scene = chooseScene(facts.scene, request.scene);
     selectNodes(facts.scene, request.scene);
+    if (const auto& to = request.scene.normalize)
+        normalizeScene(facts.scene, facts.scene.default_scene, *to);
     const PosedScene shown(facts.scene);
     for (const MeshInstance& instance : shown.meshes()) {
         facts.elements += elementsOf(facts.scene.meshes[static_cast<std::size_t>(instance.mesh)]);

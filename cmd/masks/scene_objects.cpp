@@ -64,22 +64,26 @@ void takeObjects(std::string_view text, ObjectsRequest& request) {
     request.by = row->value;
 }
 
-/// Adds an object and returns its number, from 1.
-std::uint32_t addObject(std::string name, SceneObjects& found) {
-    found.objects.push_back({std::move(name)});
-    return static_cast<std::uint32_t>(found.objects.size());
+/// Adds an object with its number, by default its position. Returns its position, from 1.
+std::uint32_t addObject(std::string name, SceneObjects& found, std::size_t number = 0) {
+    const std::size_t position = found.objects.size() + 1;
+    found.objects.push_back(
+        {std::move(name), static_cast<std::uint32_t>(number == 0 ? position : number)});
+    return static_cast<std::uint32_t>(position);
 }
 
 void findNodes(const PosedScene& posed, const ObjectsRequest& /*request*/, SceneObjects& found) {
     const Scene& scene = posed.scene();
     found.table.instances_apart = true;
     std::map<int, int> instances;  // number of instances so far, per node
+    std::size_t last = scene.nodes.size();
     for (const MeshInstance& mesh : posed.meshes()) {
         const auto node = static_cast<std::size_t>(mesh.node);
         const int ordinal = instances[mesh.node]++;
         std::string name = nodeName(scene, node);
         if (scene.nodes[node].instances) name += " [" + std::to_string(ordinal) + ']';
-        const std::uint32_t number = addObject(std::move(name), found);
+        const std::uint32_t number =
+            addObject(std::move(name), found, ordinal == 0 ? node + 1 : ++last);
         found.objects.back().node = mesh.node;
         if (scene.nodes[node].instances) found.objects.back().instance = ordinal;
         if (ordinal == 0) found.table.numbers[node] = number;
@@ -96,7 +100,7 @@ void findMaterials(const PosedScene& posed, const ObjectsRequest& /*request*/,
     found.table.by_material = true;
     for (const int material : used) {
         const auto index = static_cast<std::size_t>(material);
-        found.table.numbers[index] = addObject(names[index], found);
+        found.table.numbers[index] = addObject(names[index], found, index + 1);
         found.objects.back().material = material;
     }
 }

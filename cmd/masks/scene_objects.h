@@ -35,8 +35,8 @@ struct SceneObjects {
     ObjectTable table;
 };
 
-/// Finds the objects in the visible scene. Throws Error (kUsage) if no node matches a glob or has
-/// the key.
+/// Finds the objects in the visible scene (formats/README.md, "Numbers of objects"). Throws Error
+/// (kUsage) if no node matches a glob or has the key.
 SceneObjects objectsOf(const PosedScene& posed, const ObjectsRequest& request);
 
 /// Returns the objects' transforms in a pose: the mesh's matrix for an object that consists of a

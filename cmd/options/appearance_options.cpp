@@ -55,6 +55,10 @@ void addAppearanceOptions(VerbOptions& verb, AppearanceOptions& appearance) {
                            "transmission",
                            "treatment of glass and other surfaces that transmit light:")
         .group("Layers");
+    addEnvironmentOptions(verb, appearance);
+}
+
+void addEnvironmentOptions(VerbOptions& verb, AppearanceOptions& appearance) {
     addEnvironmentOptions(verb, appearance,
                           "; it replaces the built-in light, but neither the scene's lights nor "
                           "the background (default: studio in display formats if the scene has no "

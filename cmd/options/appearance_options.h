@@ -10,6 +10,8 @@ class VerbOptions;
 
 /// Declares only --variant.
 void addVariantOption(VerbOptions& verb, AppearanceOptions& appearance);
+/// Declares --environment and --environment-rotation, for pictures.
+void addEnvironmentOptions(VerbOptions& verb, AppearanceOptions& appearance);
 /// Declares --variant, --transmission, --environment and --environment-rotation.
 void addAppearanceOptions(VerbOptions& verb, AppearanceOptions& appearance);
 /// Declares the options for baking: --variant, --environment and --environment-rotation.

@@ -71,12 +71,16 @@ bool isChosen(const gl::ContextRequest& request) {
 
 }  // namespace
 
-void chooseForEyes(const VerbOptions& verb, const CameraOptions& camera,
-                   CaptureJobOptions& options) {
-    if (!verb.given("--point-size")) options.capture.point_size = kDisplayPointSize;
+void chooseStudio(const CameraOptions& camera, CaptureJobOptions& options) {
     options.appearance.studio = !options.capture.shadows &&
                                 options.capture.shading == Shading::kPbr &&
                                 !(camera.camera && namesLight(*camera.camera));
+}
+
+void chooseForEyes(const VerbOptions& verb, const CameraOptions& camera,
+                   CaptureJobOptions& options) {
+    if (!verb.given("--point-size")) options.capture.point_size = kDisplayPointSize;
+    chooseStudio(camera, options);
 }
 
 void addSceneArgument(VerbOptions& verb, CaptureJobOptions& options) {

@@ -36,9 +36,11 @@ struct CaptureJobOptions {
     ReportOptions report;
 };
 
-/// Sets defaults for display pictures: larger points unless --point-size is given, and the studio
-/// for scenes without lights. Does not use the studio if shadows, unlit shading or a camera at a
-/// light is requested.
+/// Chooses the studio for display pictures of scenes without lights, unless shadows, unlit shading
+/// or a camera at a light is requested.
+void chooseStudio(const CameraOptions& camera, CaptureJobOptions& options);
+/// Sets defaults for display pictures: chooseStudio(), and larger points unless --point-size is
+/// given.
 void chooseForEyes(const VerbOptions& verb, const CameraOptions& camera,
                    CaptureJobOptions& options);
 

@@ -16,6 +16,9 @@ namespace peeler::cmd {
 
 class VerbOptions;
 
+/// The default number of samples per pixel of display composites.
+inline constexpr int kDisplaySamples = 4;
+
 /// Declares --method, --layers, --occlusion-ratio, --tail, --samples, --surfaces, --faces,
 /// --shading, --point-size and --precision.
 void addLayerOptions(VerbOptions& verb, CaptureSettings& capture);

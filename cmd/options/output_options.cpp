@@ -178,8 +178,12 @@ void addOutputFile(VerbOptions& verb, OutputRequest& output, bool layers_only) {
 }
 
 void addOutputOptions(VerbOptions& verb, OutputRequest& output) {
-    OutputOptions& options = output.options;
     addOutputFile(verb, output);
+    addDisplayOptions(verb, output);
+}
+
+void addDisplayOptions(VerbOptions& verb, OutputRequest& output) {
+    OutputOptions& options = output.options;
     addGiven(verb, output, "--background", "COLOR", options.background, parseBackground,
              "background of composites: transparent, a basic colour of CSS such as white, "
              "#rrggbb[aa] or #rgb[a] in sRGB, or r,g,b[,a] in linear light (default: transparent)")
@@ -224,7 +228,12 @@ void addLayerOutputOptions(VerbOptions& verb, OutputRequest& output, bool layers
                  "write only the layers, without the composite part")
         .group("Output");
     addLayerFileOptions(verb, output);
-    if (!layers_only) addDenseOptions(verb, output);
+    if (layers_only) return;
+    addDenseOptions(verb, output);
+    verb.addFlag("--compress", output.options.compress,
+                 "deflate the arrays of a .npz, including those of samples; they are kept in "
+                 "memory until they are complete")
+        .group("Planes");
 }
 
 bool OutputRequest::hasFilePerLayer() const {
@@ -277,14 +286,16 @@ void checkFormat(const OutputRequest& output) {
     const OutputFormat& format = findOutputFormat(output.path.string(), output.options.as);
     checkLayerFileOptions(output, format);
     checkDenseOptions(output, format.holds(OutputContent::kPlanes));
+    if (output.options.compress && !format.isOverBlack() && lowerExtension(output.path) != ".npz")
+        refuse("only the arrays of a .npz can be compressed", "--compress",
+               "write a .npz, or leave it out");
     const auto refuse_if_given = [&](const char* what, const char* option, const char* hint) {
         if (output.isGiven(option)) refuse(what, option, hint);
     };
     if (!format.takesBackground()) {
         constexpr const char* kCompositeHint = "add --as composite, or choose another extension";
-        refuse_if_given(format.holds(OutputContent::kLari)
-                            ? "a sample for LaRI has a black background"
-                            : "layers have no background",
+        refuse_if_given(format.isOverBlack() ? "this sample has a black background"
+                                             : "layers have no background",
                         "--background", kCompositeHint);
         if (!format.for_display) {
             refuse_if_given("layers are stored as rendered", "--exposure", kCompositeHint);

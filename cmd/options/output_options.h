@@ -45,11 +45,13 @@ struct OutputRequest {
 /// Declares -o, --no-clobber and --no-mkdir. If `layers_only`, the help omits the formats for
 /// composites.
 void addOutputFile(VerbOptions& verb, OutputRequest& output, bool layers_only = false);
-/// Declares -o, --no-clobber, --no-mkdir, --background, --exposure and --tone-map.
+/// Declares --background, --exposure and --tone-map.
+void addDisplayOptions(VerbOptions& verb, OutputRequest& output);
+/// Declares the options of addOutputFile() and addDisplayOptions().
 void addOutputOptions(VerbOptions& verb, OutputRequest& output);
 /// Declares the options of verbs that can write layers: --as, --no-composite, --layout,
 /// --compression, --deep-merge, --deep-z-tolerance, --deep-alpha-tolerance and, unless
-/// `layers_only`, the options of addDenseOptions().
+/// `layers_only`, the options of addDenseOptions() and --compress.
 void addLayerOutputOptions(VerbOptions& verb, OutputRequest& output, bool layers_only = false);
 
 /// Sets the display transform of a display picture, from `written.outcome`. Does nothing for other

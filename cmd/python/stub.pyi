@@ -51,6 +51,7 @@ class Scene:
         mode: Literal["triangles", "lines", "points"] = ...,
         name: str = ...,
     ) -> Scene: ...
+    def normalized(self, to: Literal["unit-cube", "unit-sphere"] = ...) -> Scene: ...
     @property
     def bounds(self) -> NDArray[np.float64] | None: ...
     @property
@@ -248,6 +249,12 @@ class Renderer:
     ) -> dict[str, Any]: ...
 
 async def aio(call: Callable[..., T], *arguments: Any, **keywords: Any) -> T: ...
+def views(
+    n: int,
+    scene: Scene | None = ...,
+    *,
+    **views: Options,
+) -> list[dict[str, Any]]: ...
 def read(
     path: Path,
     *,

@@ -7,6 +7,7 @@
 #include "cmd/cli/arguments.h"
 #include "cmd/render/render_options.h"
 #include "cmd/render/render_request.h"
+#include "formats/file/file_name.h"
 
 namespace peeler::cmd {
 
@@ -24,6 +25,8 @@ struct Preset {
     Size size;
     double focal_length;   ///< focal length in picture widths; 0 = the default field of view
     bool through_corners;  ///< ViewsAround::through_corners
+    int clip = 0;          ///< frames or views of a clip; 0 = no clip
+    bool compress = false;
 };
 
 constexpr Preset kPresets[] = {
@@ -41,7 +44,31 @@ constexpr Preset kPresets[] = {
      {256, 256},
      0,
      true},
+    {"world-tracing",
+     "clips for World Tracing: --as world-tracing --compress --size 504x504 --normalize unit-cube "
+     "--faces both, with a focal length of 500/512 of the width and an axis through the corner of "
+     "the middle pixels; with #### in the output's name --frames 0-15, with @@@@ --views 16 "
+     "--around orbit",
+     "world-tracing",
+     {504, 504},
+     500.0 / 512,
+     true,
+     16,
+     true},
 };
+
+/// Makes a clip of `count` frames or views, as the placeholders of the output's name ask.
+void chooseClip(int count, RenderOptions& options) {
+    const std::string name = options.output.path.string();
+    if (hasFrameToken(name) && !options.animation.frames) {
+        options.animation.frames.emplace();
+        for (int frame = 0; frame < count; ++frame)
+            options.animation.frames->push_back(frame);
+    }
+    if (!hasViewToken(name) || options.views.asked()) return;
+    options.views.count = count;
+    if (!options.views.around) options.views.around = Around::kOrbit;
+}
 
 }  // namespace
 
@@ -69,6 +96,8 @@ void applyPreset(const VerbOptions& verb, RenderOptions& options) {
         options.camera.size = preset->size;
         options.camera.size_given = true;
     }
+    if (preset->clip > 0 && !namesShards(options.output.path)) chooseClip(preset->clip, options);
+    if (preset->compress) options.output.options.compress = true;
     const bool is_around = options.views.count.has_value();
     if (is_around && preset->focal_length > 0 && !options.camera.fov)
         options.camera.fov = fovOfFocalLength(preset->focal_length);

@@ -36,6 +36,8 @@ struct RenderOptions : CaptureJobOptions {
     ShardOptions shard;
     std::shared_ptr<SampleShards> shards;  ///< shared by all scenes; null without shards
     SequenceOptions sequence;
+    /// The number of scenes for which the size forecast speaks: all scenes for the first of them.
+    std::size_t scenes_like_this = 1;
 
     /// Whether `scenes` is a single file.
     bool isOneScene() const;
@@ -43,9 +45,6 @@ struct RenderOptions : CaptureJobOptions {
 
 /// Declares all options of the verb. `options` must outlive the parse.
 void addRenderOptions(VerbOptions& verb, RenderOptions& options);
-
-/// The default number of samples per pixel of display composites.
-inline constexpr int kDisplaySamples = 4;
 
 /// Returns the capture settings for the requested output. Display composites get kDisplaySamples
 /// unless --samples or --fxaa is given. Throws Error (kUsage) if the options contradict each other.

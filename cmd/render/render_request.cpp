@@ -13,6 +13,7 @@
 #include "cmd/options/output_checks.h"
 #include "cmd/render/render_options.h"
 #include "core/image/merge.h"
+#include "formats/cameras/calibration.h"
 #include "formats/exr/exr_integrity.h"
 #include "formats/exr/exr_layout.h"
 #include "formats/exr/layered_input.h"
@@ -179,6 +180,12 @@ std::vector<fs::path> RenderRequest::outputs() const {
     return files;
 }
 
+bool RenderRequest::makesSamples() const {
+    const OutputFormat& format =
+        findOutputFormat(options_.output.path.string(), options_.output.options.as);
+    return hasViews() || options_.shards || format.isSample();
+}
+
 PictureNumber RenderRequest::number(std::size_t index) const {
     PictureNumber number;
     if (hasFrames()) number.frame = moment(index).frame;
@@ -339,6 +346,7 @@ nlohmann::ordered_json RenderRequest::plan() const {
         entry["height"] = asked.view.height;
         entry["crop"] = {crop.x0, crop.y0, crop.width(), crop.height()};
         entry["camera"] = asked.view.camera_name;
+        if (makesSamples()) entry.update(calibrationJson(asked.view));
         entry["method"] = asked.provenance.method;
         entry["samples"] = asked.capture.samples;
         const OutputOptions output = writerOptions(asked);

@@ -46,6 +46,9 @@ class RenderRequest {
     const Scene& scene() const { return scene_->scene(); }
     bool hasFrames() const { return options_.animation.frames.has_value(); }
     bool hasViews() const { return views_.asked(); }
+    /// Whether the pictures are samples of a data set, whose calibration belongs into the results:
+    /// views, shards, and arrays for loaders.
+    bool makesSamples() const;
     bool isSequence() const { return hasFrames() || hasViews(); }
     /// Returns the noun for the pictures of a sequence, "view" or "frame"; "" for a single picture.
     const char* pictureKind() const { return hasViews() ? "view" : hasFrames() ? "frame" : ""; }

@@ -14,6 +14,7 @@
 #include "cmd/options/output_checks.h"
 #include "cmd/render/render_options.h"
 #include "cmd/render/render_request.h"
+#include "formats/cameras/calibration.h"
 #include "formats/exr/exr_files.h"
 #include "formats/file/atomic_file.h"
 #include "formats/file/file_name.h"
@@ -183,6 +184,7 @@ void SampleShards::add(const PictureRequest& picture, PictureResult& result) {
     }
     if (picture.number.view) about["view"] = *picture.number.view;
     about["camera"] = parseOrderedJson(cameraJson(picture.view), "peeler:cameraJson");
+    about.update(calibrationJson(picture.view));
     if (result.normalized) about["normalized"] = normalizingJson(*result.normalized);
     const TarShards::Stored stored = shards_->add(result.sample, about, members);
     result.output = stored.shard;

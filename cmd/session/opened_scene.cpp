@@ -10,10 +10,8 @@ OpenedScene::OpenedScene(const SceneRequest& request, Reporter& reporter)
     index_ = chooseScene(scene_, request.scene);
     selectNodes(scene_, request.scene);
     addStudio(scene_, index_, request.appearance);
-    if (request.scene.normalize) {
-        normalized_ = normalizing(PosedScene(scene_, index_), *request.scene.normalize);
-        scene_.scenes[static_cast<std::size_t>(index_)].to_world = normalized_->matrix();
-    }
+    if (request.scene.normalize)
+        normalized_ = normalizeScene(scene_, index_, *request.scene.normalize);
     playing_ = chooseAnimations(scene_, request.animation);
 }
 

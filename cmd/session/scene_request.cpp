@@ -179,6 +179,12 @@ bool wantsTint(const AppearanceOptions& appearance, const PosedScene& posed) {
     return appearance.transmission == Transmitted::kColor && posed.hasTintedGlass();
 }
 
+Normalizing normalizeScene(Scene& scene, int scene_index, Normalized to) {
+    const Normalizing by = normalizing(PosedScene(scene, scene_index), to);
+    scene.scenes[static_cast<std::size_t>(scene_index)].to_world = by.matrix();
+    return by;
+}
+
 void addStudio(Scene& scene, int scene_index, const AppearanceOptions& appearance) {
     if (!appearance.studio || appearance.environment) return;
     if (!PosedScene(scene, scene_index).lights().empty()) return;

@@ -88,6 +88,10 @@ std::optional<std::filesystem::path> environmentFile(const AppearanceOptions& ap
 /// Throws Error (kUsage) if a rotation is given without an environment.
 void checkAppearanceOptions(const AppearanceOptions& appearance);
 
+/// Applies --normalize to a scene of the file, and returns the transform. Throws like
+/// normalizing().
+Normalizing normalizeScene(Scene& scene, int scene_index, Normalized to);
+
 /// Lights the scene with the studio if `appearance` allows that, no environment is given, and the
 /// scene with this index has no light.
 void addStudio(Scene& scene, int scene_index, const AppearanceOptions& appearance);

@@ -13,7 +13,8 @@
 
 namespace peeler {
 
-/// A map from fragments to objects, based on the fragments' channel `id`.
+/// A map from fragments to objects, based on the fragments' channel `id`. Numbers are positions in
+/// the caller's list, from 1.
 struct ObjectTable {
     /// Whether objects are materials (id.material) instead of nodes (id.object).
     bool by_material = false;

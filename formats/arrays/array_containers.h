@@ -34,6 +34,13 @@ class ArrayContainer {
     /// array's data, in the order of arrays().
     virtual void finish(AtomicFile& file, std::span<const std::uint32_t> crcs) const = 0;
 
+    /// Whether compress() works.
+    virtual bool canCompress() const { return false; }
+    /// Writes the whole file, with the arrays' data compressed; `crcs` are those of finish(). Frees
+    /// `values`.
+    virtual void compress(AtomicFile& /*file*/, std::span<const std::uint32_t> /*crcs*/,
+                          std::span<ByteBuffer> /*values*/) const {}
+
   protected:
     std::vector<PlacedArray> arrays_;
 };
@@ -49,7 +56,8 @@ struct ArrayContainerRow {
 };
 
 /// Makes a ZIP archive of .npy files (numpy.lib.format 1.0; PKWARE APPNOTE 6.3), uncompressed like
-/// numpy.savez, always with ZIP64 fields, dated 1980. numpy.load(path) reads it without pickle.
+/// numpy.savez, or with DEFLATE like numpy.savez_compressed, always with ZIP64 fields, dated 1980.
+/// numpy.load(path) reads it without pickle.
 std::unique_ptr<ArrayContainer> makeNpz(std::vector<NamedArray> arrays, const ArrayTexts& texts);
 std::string npzText(const std::string& path, const std::string& name);
 

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 #include <iterator>
 #include <set>
 #include <utility>
@@ -61,10 +62,18 @@ std::uint64_t NamedArray::bytes() const {
     return count;
 }
 
-ArrayWriter::ArrayWriter(const std::string& path, std::vector<NamedArray> arrays, ArrayTexts texts)
+ArrayWriter::ArrayWriter(const std::string& path, std::vector<NamedArray> arrays, ArrayTexts texts,
+                         bool compress)
     : container_(makeContainer(path, std::move(arrays), std::move(texts))),
       file_(path),
       progress_(container_->arrays().size()) {
+    if (compress) {
+        if (!container_->canCompress())
+            throw Error(ErrorKind::kUsage, "this container cannot be compressed", path,
+                        "write a .npz");
+        for (const PlacedArray& placed : container_->arrays())
+            values_.emplace_back().resize(placed.array.bytes());
+    }
     for (std::size_t i = 0; i < progress_.size(); ++i)
         append(i, asBytes(container_->arrays()[i].value));
 }
@@ -74,6 +83,16 @@ ArrayWriter::~ArrayWriter() = default;
 std::uint64_t ArrayWriter::fileBytes(const std::string& path, std::vector<NamedArray> arrays,
                                      ArrayTexts texts) {
     return makeContainer(path, std::move(arrays), std::move(texts))->fileBytes();
+}
+
+SizeForecast ArrayWriter::forecast(const std::string& path, std::vector<NamedArray> arrays,
+                                   ArrayTexts texts, bool compress) {
+    return {fileBytes(path, std::move(arrays), std::move(texts)),
+            compress ? Certainty::kAtMost : Certainty::kExact};
+}
+
+std::uint64_t ArrayWriter::compressionBytes(const SizeForecast& forecast) {
+    return 2 * forecast.bytes + forecast.bytes / 64;  // the values, and their compressed form
 }
 
 void ArrayWriter::fail(const char* what, std::size_t array) const {
@@ -97,9 +116,11 @@ void ArrayWriter::writeAt(std::size_t array, std::uint64_t first,
     // The checksum is computed before locking, so that threads wait only for the file.
     Piece piece{first + numbers.size()};
     if (container_->hasChecksums()) piece.crc = libdeflate_crc32(0, numbers.data(), numbers.size());
+    if (!values_.empty())
+        std::memcpy(values_[array].data() + first, numbers.data(), numbers.size());
     const std::lock_guard lock(mutex_);
     add(array, first, piece);
-    file_.writeAt(placed.numbers + first, numbers);
+    if (values_.empty()) file_.writeAt(placed.numbers + first, numbers);
 }
 
 void ArrayWriter::add(std::size_t array, std::uint64_t first, Piece piece) {
@@ -132,7 +153,11 @@ AtomicFile& ArrayWriter::close() {
         if (whole.end != container_->arrays()[i].array.bytes()) fail("numbers are missing", i);
         crcs.push_back(whole.crc);
     }
-    container_->finish(file_, crcs);
+    if (values_.empty())
+        container_->finish(file_, crcs);
+    else
+        container_->compress(file_, crcs, values_);
+    values_.clear();
     return file_;
 }
 

@@ -15,6 +15,8 @@
 #include <vector>
 
 #include "formats/file/atomic_file.h"
+#include "formats/file/byte_buffer.h"
+#include "formats/file/size_forecast.h"
 
 namespace peeler {
 
@@ -73,18 +75,25 @@ class ArrayContainer;
 
 /// A writer of array files; the extension chooses the container (kArrayContainers). Adds an int64
 /// array `arrays_version`. Shapes are fixed at construction, so each value goes directly to its
-/// final offset in the file. The same arrays produce the same bytes.
+/// final offset in the file, unless the file is compressed. The same arrays produce the same bytes.
 class ArrayWriter {
   public:
-    /// Creates the hidden file. Throws Error (kOutput) if that fails, Error (kUsage) if no
-    /// container has the extension, Error (kInternal) if two arrays share a name or there are more
-    /// than 65535 arrays.
-    ArrayWriter(const std::string& path, std::vector<NamedArray> arrays, ArrayTexts texts = {});
+    /// Creates the hidden file. Throws Error (kOutput); (kUsage) if no container has the extension;
+    /// (kInternal) if two arrays share a name, or there are more than 65535. `compress`: keep all
+    /// values in memory, and deflate those that become smaller. Throws Error (kUsage) if the
+    /// container cannot be compressed.
+    ArrayWriter(const std::string& path, std::vector<NamedArray> arrays, ArrayTexts texts = {},
+                bool compress = false);
     ~ArrayWriter();
 
-    /// Returns the exact size of a file with these arrays.
+    /// Returns the exact size of a file with these arrays, or the maximum if it is compressed.
     static std::uint64_t fileBytes(const std::string& path, std::vector<NamedArray> arrays,
                                    ArrayTexts texts = {});
+    /// Forecasts the size of a file.
+    static SizeForecast forecast(const std::string& path, std::vector<NamedArray> arrays,
+                                 ArrayTexts texts, bool compress);
+    /// Returns the memory that a compressed file needs, given its forecast.
+    static std::uint64_t compressionBytes(const SizeForecast& forecast);
 
     /// Appends values, in memory representation, to the array with this index. Must not be called
     /// by several threads at once. Throws like writeAt().
@@ -119,7 +128,8 @@ class ArrayWriter {
     std::unique_ptr<ArrayContainer> container_;
     AtomicFile file_;
     std::vector<Progress> progress_;
-    std::mutex mutex_;  ///< guards the file and the progress
+    std::vector<ByteBuffer> values_;  ///< of all arrays; empty unless the file is compressed
+    std::mutex mutex_;                ///< guards the file and the progress
 };
 
 /// Returns the extensions of the containers, lower case with their dots.

@@ -111,9 +111,15 @@ class FragmentArrays final : public Sink {
     /// Returns the memory of the splits and of one array's values. For planes, returns the memory
     /// of the ranges being filled.
     SinkMemory memory(const Plan& plan) const override {
-        if (options_.dense) return {.bytes = DensePlanes::rangeBytes()};
-        return {.pixel_bytes = sizeof(std::int64_t),
-                .fragment_bytes = fragmentArrayBytes(emptyBand(plan), options_)};
+        const LayeredImage band = emptyBand(plan);
+        const std::uint64_t compression =
+            options_.compress
+                ? ArrayWriter::compressionBytes(forecastFragmentArrays(path_, plan, band, options_))
+                : 0;
+        if (options_.dense) return {.bytes = DensePlanes::rangeBytes() + compression};
+        return {.bytes = compression,
+                .pixel_bytes = sizeof(std::int64_t),
+                .fragment_bytes = fragmentArrayBytes(band, options_)};
     }
 
   private:
@@ -146,7 +152,7 @@ void FragmentArrays::open(const LayeredImage& band) {
     FragmentLayout layout = layoutOf(plan_, band, columns_, options_);
     first_column_ = layout.first_column;
     writer_.emplace(path_, std::move(layout.arrays),
-                    ArrayTexts{{"output_hash", options_.output_hash}});
+                    ArrayTexts{{"output_hash", options_.output_hash}}, options_.compress);
     if (!planes_) writer_->append(kSplitArray, std::as_bytes(std::span(&fragments_, 1)));
     constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
     const Projection& projection = plan_.view.projection;
@@ -258,6 +264,7 @@ FragmentArrayOptions arrayOptions(const OutputOptions& options) {
     // The last material id means glTF's default material; tables of hits store no index for it.
     arrays.default_material = static_cast<std::uint32_t>(options.provenance.ids.materials.size());
     arrays.output_hash = options.provenance.output_hash;
+    arrays.compress = options.compress;
     if (options.as == "dense") arrays.dense = options.dense;
     return arrays;
 }
@@ -275,8 +282,8 @@ SizeForecast forecastFragmentArrays(const std::string& path, const Plan& plan,
     if (!findChannel(numbered, kLayerName))
         numbered.extra.push_back({{std::string(kLayerName)}, PixelType::kUint, {}});
     const std::vector<FragmentColumn> columns = columnsOf(numbered, options);
-    return {ArrayWriter::fileBytes(path, layoutOf(plan, numbered, columns, options).arrays,
-                                   {{"output_hash", options.output_hash}})};
+    return ArrayWriter::forecast(path, layoutOf(plan, numbered, columns, options).arrays,
+                                 {{"output_hash", options.output_hash}}, options.compress);
 }
 
 std::uint64_t fragmentArrayBytes(const LayeredImage& band, const FragmentArrayOptions& options) {

@@ -44,7 +44,8 @@ std::uint64_t fragmentPointBytes(const LayeredImage& band, const FragmentPointOp
 struct FragmentArrayOptions {
     bool camera_known = true;
     std::uint32_t default_material = 0;  ///< as in FragmentPointOptions
-    std::string output_hash{};  ///< value of the text `output_hash`; "" if there is no hash
+    std::string output_hash{};           ///< stored as the text `output_hash`; "" if there is none
+    bool compress = false;               ///< as in OutputOptions
     /// If set, planes are written instead of lists.
     std::optional<DenseSettings> dense{};
     bool layers_listed =
@@ -82,7 +83,21 @@ std::unique_ptr<Sink> makeLariSample(const std::string& path, const OutputOption
 /// half: camera Z of each layer, −1 where missing), and 000.npy (3, 4; double), the matrix from
 /// Blender's world (+Z up) to its camera, which looks along −Z.
 std::vector<std::string> lariFiles(const std::string& path);
-SizeForecast forecastLariSample(const std::string& path, const Plan& plan);
+SizeForecast forecastLariSample(const std::string& path, const Plan& plan,
+                                const OutputOptions& options);
+
+/// Returns a Sink that writes a frame of a clip for World Tracing (Zhang et al., "Generative
+/// Pixel-Aligned Geometry Beyond the Visible", 2026; wt/data.py of haoz19/world-tracing): the
+/// picture at `path`, as for LaRI, and worldTracingFiles() beside it. Either both are published,
+/// `path` last, or neither.
+std::unique_ptr<Sink> makeWorldTracingSample(const std::string& path, const OutputOptions& options);
+/// Returns the file beside the picture. For "000.png" it is 000_xyz.npz, with `xyz` (6, h, w, 3;
+/// float: points of each layer in camera space, in OpenCV's axes, 0 where missing), `mask` (6, h,
+/// w; uint8: 1 where a layer has a point), `world_to_camera` (4, 4; double) and, in perspective,
+/// `K` (3, 3; double).
+std::vector<std::string> worldTracingFiles(const std::string& path);
+SizeForecast forecastWorldTracingSample(const std::string& path, const Plan& plan,
+                                        const OutputOptions& options);
 
 /// Returns a Sink that writes arrays for the loader of X-Ray (Hu et al., "X-Ray: A Sequential 3D
 /// Representation for Generation", 2024; src/dataset.py of tau-yihouxiang/X-Ray): a matrix in
@@ -92,9 +107,8 @@ SizeForecast forecastLariSample(const std::string& path, const Plan& plan);
 /// no hit), the normal on the front of the flat triangle in the camera's axes (x right, y up, it
 /// looks along −z), and the base colour, sRGB, 0–1. Every hit stores all seven, zeros included.
 /// write() throws Error (kUsage) if any of xrayChannels() is missing.
-std::unique_ptr<Sink> makeXray(const std::string& path, const std::string& output_hash);
+std::unique_ptr<Sink> makeXray(const std::string& path, const OutputOptions& options);
 std::span<const Channel> xrayChannels();
-SizeForecast forecastXray(const std::string& path, const Plan& plan,
-                          const std::string& output_hash);
+SizeForecast forecastXray(const std::string& path, const Plan& plan, const OutputOptions& options);
 
 }  // namespace peeler

@@ -47,10 +47,16 @@ std::array<double, 12> blenderPose(const View& view) {
 
 const NamedArray kLariPose{"", NumberType::kDouble, {3, 4}};
 
+SizeForecast depthForecast(const std::string& path, const Plan& plan, bool compress) {
+    return ArrayWriter::forecast(lariFiles(path).at(0), lariArrays(plan), {}, compress);
+}
+
 class LariSample final : public Sink {
   public:
     LariSample(const std::string& path, const OutputOptions& options)
-        : path_(path), picture_(path, options, PictureAlpha::kAnyFragment) {}
+        : path_(path),
+          compress_(options.compress),
+          picture_(path, options, PictureAlpha::kAnyFragment) {}
 
     void begin(const Plan& plan) override {
         if (isStandardOutput(path_)) {
@@ -58,7 +64,7 @@ class LariSample final : public Sink {
                         Parameter::kAs + " lari", "name a file");
         }
         const std::vector<std::string> beside = lariFiles(path_);
-        depths_.emplace(beside.at(0), lariArrays(plan));
+        depths_.emplace(beside.at(0), lariArrays(plan), ArrayTexts{}, compress_);
         pose_.emplace(beside.at(1));
         pose_->append(asBytes(npyHeader(kLariPose)));
         pose_->append(asBytes(blenderPose(plan.view)));
@@ -89,12 +95,15 @@ class LariSample final : public Sink {
     SinkMemory memory(const Plan& plan) const override {
         SinkMemory memory = picture_.memory(plan);
         memory.bytes += DensePlanes::rangeBytes();
+        if (compress_)
+            memory.bytes += ArrayWriter::compressionBytes(depthForecast(path_, plan, true));
         return memory;
     }
     StageTimes times() const override { return picture_.times(); }
 
   private:
     std::string path_;
+    bool compress_ = false;
     DensePlanes planes_ = lariPlanes();
     ImageWriter picture_;
     std::optional<ArrayWriter> depths_;
@@ -113,9 +122,10 @@ std::unique_ptr<Sink> makeLariSample(const std::string& path, const OutputOption
     return std::make_unique<LariSample>(path, options);
 }
 
-SizeForecast forecastLariSample(const std::string& path, const Plan& plan) {
-    SizeForecast bytes{ArrayWriter::fileBytes(lariFiles(path).at(0), lariArrays(plan)) +
-                       npyHeader(kLariPose).size() + kLariPose.bytes()};
+SizeForecast forecastLariSample(const std::string& path, const Plan& plan,
+                                const OutputOptions& options) {
+    SizeForecast bytes = depthForecast(path, plan, options.compress);
+    bytes.bytes += npyHeader(kLariPose).size() + kLariPose.bytes();
     bytes += imageForecast(path, plan.view.crop.pixels());
     return bytes;
 }

@@ -5,8 +5,11 @@
 #include <libdeflate.h>
 #include <zlib.h>
 
+#include <memory>
+#include <new>
 #include <utility>
 
+#include "core/base/parallel.h"
 #include "formats/arrays/array_containers.h"
 
 namespace peeler {
@@ -42,17 +45,22 @@ struct NpzEntry {
     std::string header;        ///< header of the .npy file
     std::uint64_t offset = 0;  ///< offset of the local header in the archive
     std::uint64_t bytes = 0;   ///< size of the .npy file
+    std::uint64_t stored = 0;  ///< its size in the archive
+    std::uint32_t crc = 0;     ///< of the .npy file
+
+    /// Returns ZIP's number of the compression method: stored or DEFLATE.
+    std::uint16_t method() const { return stored == bytes ? 0 : 8; }
 };
 
-std::string localHeader(const NpzEntry& entry, std::uint32_t crc) {
+std::string localHeader(const NpzEntry& entry) {
     return HeaderFields()
         .add(std::uint32_t{0x04034b50})
         .add(kVersion)
         .add(kUtf8Names)
-        .add(std::uint16_t{0})  // compression method: stored
+        .add(entry.method())
         .add(std::uint16_t{0})  // time: midnight
         .add(kDate)
-        .add(crc)
+        .add(entry.crc)
         .add(kSeeZip64)
         .add(kSeeZip64)
         .add(static_cast<std::uint16_t>(entry.name.size()))
@@ -61,8 +69,38 @@ std::string localHeader(const NpzEntry& entry, std::uint32_t crc) {
         .add(kZip64Field)
         .add(std::uint16_t{16})
         .add(entry.bytes)
-        .add(entry.bytes)
+        .add(entry.stored)
         .take();
+}
+
+/// Returns a .npy header as a DEFLATE block without compression (RFC 1951, section 3.2.4), which
+/// ends at a byte, so that the data's own stream can follow.
+std::string headerBlock(const std::string& header) {
+    const auto size = static_cast<std::uint16_t>(header.size());
+    return HeaderFields()
+        .add(std::uint8_t{0})  // not the last block, stored
+        .add(size)
+        .add(static_cast<std::uint16_t>(~size))
+        .add(header)
+        .take();
+}
+
+/// The level of libdeflate. Higher levels gain little on floats.
+constexpr int kLevel = 4;
+/// Smaller arrays and texts stay as they are: npzText() reads them without decompression.
+constexpr std::uint64_t kLeastCompressed = 4096;
+
+/// Compresses an array's data as a DEFLATE stream; leaves `packed` empty if that saves nothing.
+void deflate(const ByteBuffer& values, ByteBuffer& packed) {
+    if (values.size() < kLeastCompressed) return;
+    const std::unique_ptr<libdeflate_compressor, decltype(&libdeflate_free_compressor)> compressor(
+        libdeflate_alloc_compressor(kLevel), libdeflate_free_compressor);
+    if (!compressor) throw std::bad_alloc();
+    packed.resize(libdeflate_deflate_compress_bound(compressor.get(), values.size()));
+    const std::size_t size = libdeflate_deflate_compress(
+        compressor.get(), values.data(), values.size(), packed.data(), packed.size());
+    if (size == 0 || size + headerBlock("").size() >= values.size()) return packed.clear();
+    packed.resize(size);
 }
 
 class NpzContainer final : public ArrayContainer {
@@ -75,51 +113,77 @@ class NpzContainer final : public ArrayContainer {
         add({"arrays_version", NumberType::kInt64, {}}, HeaderFields().add(kArraysVersion).take());
     }
 
-    std::uint64_t fileBytes() const override {
-        return end_ + directory(std::vector<std::uint32_t>(entries_.size())).size();
-    }
+    std::uint64_t fileBytes() const override { return end_ + directory(entries_, end_).size(); }
     bool hasChecksums() const override { return true; }
     void finish(AtomicFile& file, std::span<const std::uint32_t> crcs) const override {
-        std::vector<std::uint32_t> whole;
-        for (std::size_t i = 0; i < entries_.size(); ++i) {
-            const NpzEntry& entry = entries_[i];
-            const std::uint32_t header =
-                libdeflate_crc32(0, entry.header.data(), entry.header.size());
-            const auto size = static_cast<z_off_t>(entry.bytes - entry.header.size());
-            whole.push_back(static_cast<std::uint32_t>(crc32_combine(header, crcs[i], size)));
-            file.writeAt(entry.offset, asBytes(localHeader(entry, whole[i]) + entry.header));
+        const std::vector<NpzEntry> entries = checked(crcs);
+        for (const NpzEntry& entry : entries)
+            file.writeAt(entry.offset, asBytes(localHeader(entry) + entry.header));
+        file.writeAt(end_, asBytes(directory(entries, end_)));
+    }
+    bool canCompress() const override { return true; }
+    void compress(AtomicFile& file, std::span<const std::uint32_t> crcs,
+                  std::span<ByteBuffer> values) const override {
+        std::vector<NpzEntry> entries = checked(crcs);
+        std::vector<ByteBuffer> packed(entries.size());
+        parallelFor(entries.size(), [&](std::size_t i) { deflate(values[i], packed[i]); });
+        std::uint64_t end = 0;
+        const auto append = [&](std::span<const std::byte> bytes) {
+            file.writeAt(end, bytes);
+            end += bytes.size();
+        };
+        for (std::size_t i = 0; i < entries.size(); ++i) {
+            NpzEntry& entry = entries[i];
+            const bool smaller = !packed[i].empty();
+            const std::string header = smaller ? headerBlock(entry.header) : entry.header;
+            const ByteBuffer& data = smaller ? packed[i] : values[i];
+            entry.offset = end;
+            entry.stored = header.size() + data.size();
+            append(asBytes(localHeader(entry) + header));
+            append(data);
+            values[i] = packed[i] = {};
         }
-        file.writeAt(end_, asBytes(directory(whole)));
+        file.writeAt(end, asBytes(directory(entries, end)));
     }
 
   private:
     void add(NamedArray array, std::string value = {}) {
-        NpzEntry entry{array.name + ".npy", npyHeader(array), end_, 0};
-        entry.bytes = entry.header.size() + array.bytes();
-        const std::uint64_t numbers = end_ + localHeader(entry, 0).size() + entry.header.size();
+        NpzEntry entry{array.name + ".npy", npyHeader(array), end_};
+        entry.bytes = entry.stored = entry.header.size() + array.bytes();
+        const std::uint64_t numbers = end_ + localHeader(entry).size() + entry.header.size();
         end_ = numbers + array.bytes();
         entries_.push_back(std::move(entry));
         arrays_.push_back({std::move(array), numbers, std::move(value)});
     }
-    std::string directory(std::span<const std::uint32_t> crcs) const;
+    /// Returns the entries with the checksums of their files, given those of the data.
+    std::vector<NpzEntry> checked(std::span<const std::uint32_t> crcs) const {
+        std::vector<NpzEntry> entries = entries_;
+        for (std::size_t i = 0; i < entries.size(); ++i) {
+            NpzEntry& entry = entries[i];
+            const std::uint32_t header =
+                libdeflate_crc32(0, entry.header.data(), entry.header.size());
+            const auto size = static_cast<z_off_t>(entry.bytes - entry.header.size());
+            entry.crc = static_cast<std::uint32_t>(crc32_combine(header, crcs[i], size));
+        }
+        return entries;
+    }
+    static std::string directory(std::span<const NpzEntry> entries, std::uint64_t start);
 
     std::vector<NpzEntry> entries_;
     std::uint64_t end_ = 0;  ///< offset in the file at which the last array ends
 };
 
-std::string NpzContainer::directory(std::span<const std::uint32_t> crcs) const {
-    const std::uint64_t start = end_;
+std::string NpzContainer::directory(std::span<const NpzEntry> entries, std::uint64_t start) {
     HeaderFields fields;
-    for (std::size_t i = 0; i < entries_.size(); ++i) {
-        const NpzEntry& entry = entries_[i];
+    for (const NpzEntry& entry : entries) {
         fields.add(std::uint32_t{0x02014b50})
             .add(kVersion)
             .add(kVersion)
             .add(kUtf8Names)
-            .add(std::uint16_t{0})
+            .add(entry.method())
             .add(std::uint16_t{0})
             .add(kDate)
-            .add(crcs[i])
+            .add(entry.crc)
             .add(kSeeZip64)
             .add(kSeeZip64)
             .add(static_cast<std::uint16_t>(entry.name.size()))
@@ -133,11 +197,11 @@ std::string NpzContainer::directory(std::span<const std::uint32_t> crcs) const {
             .add(kZip64Field)
             .add(std::uint16_t{24})
             .add(entry.bytes)
-            .add(entry.bytes)
+            .add(entry.stored)
             .add(entry.offset);
     }
     const std::string list = fields.take();
-    const std::uint64_t count = entries_.size();
+    const std::uint64_t count = entries.size();
     return HeaderFields()
         .add(list)
         .add(std::uint32_t{0x06064b50})  // ZIP64 end of central directory record

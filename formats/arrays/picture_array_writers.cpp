@@ -218,7 +218,8 @@ class CompositeArrays final : public Sink {
             channels_ = ArrangedChannels(composite_.extra);
             const PictureLayout layout = compositeLayout(plan_, channels_.arrays());
             writer_.emplace(path_, layout.arrays,
-                            textsOf(path_, kCompositeKind, plan_, options_.provenance, layout));
+                            textsOf(path_, kCompositeKind, plan_, options_.provenance, layout),
+                            options_.compress);
         }
         writer_->append(kPixelColors, asBytes(composite_.rgba));
         writer_->append(kPixelDepths, asBytes(composite_.z));
@@ -230,6 +231,11 @@ class CompositeArrays final : public Sink {
     void finish() override {
         const StageTimer timer(times_, "write");
         writer_->finish();
+    }
+    SinkMemory memory(const Plan& plan) const override {
+        if (!options_.compress) return {};
+        return {.bytes =
+                    ArrayWriter::compressionBytes(forecastCompositeArrays(path_, plan, options_))};
     }
     StageTimes times() const override { return times_; }
 
@@ -273,8 +279,9 @@ SizeForecast forecastCompositeArrays(const std::string& path, const Plan& plan,
                                      const OutputOptions& options) {
     const ArrangedChannels channels(plan.channels);
     const PictureLayout layout = compositeLayout(plan, channels.arrays());
-    return {ArrayWriter::fileBytes(
-        path, layout.arrays, textsOf(path, kCompositeKind, plan, options.provenance, layout))};
+    return ArrayWriter::forecast(path, layout.arrays,
+                                 textsOf(path, kCompositeKind, plan, options.provenance, layout),
+                                 options.compress);
 }
 
 }  // namespace peeler

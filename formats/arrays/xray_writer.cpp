@@ -83,17 +83,21 @@ class XrayNumbers {
     std::array<FragmentChannel, 3> normal_, color_;
 };
 
+ArrayTexts textsOf(const OutputOptions& options) {
+    return {{"output_hash", options.provenance.output_hash}};
+}
+
 class XrayWriter final : public Sink {
   public:
-    XrayWriter(std::string path, std::string output_hash)
-        : path_(std::move(path)), output_hash_(std::move(output_hash)) {}
+    XrayWriter(std::string path, OutputOptions options)
+        : path_(std::move(path)), options_(std::move(options)) {}
 
     void begin(const Plan& plan) override {
         plan_ = plan;
         first_ = firstHits(plan);
         std::vector<NamedArray> arrays = xrayArrays(plan);
         is_wide_ = arrays[kIndices].type == NumberType::kInt64;
-        writer_.emplace(path_, std::move(arrays), ArrayTexts{{"output_hash", output_hash_}});
+        writer_.emplace(path_, std::move(arrays), textsOf(options_), options_.compress);
         for (const std::uint64_t first : first_)
             writer_->append(kIndptr, indexBytes({kXrayNumbers * first}));
         const std::array<std::int64_t, 2> shape = {
@@ -114,6 +118,10 @@ class XrayWriter final : public Sink {
     }
 
     void finish() override { writer_->finish(); }
+    SinkMemory memory(const Plan& plan) const override {
+        if (!options_.compress) return {};
+        return {.bytes = ArrayWriter::compressionBytes(forecastXray(path_, plan, options_))};
+    }
 
   private:
     /// Returns the indices as bytes, in the stored type.
@@ -152,7 +160,8 @@ class XrayWriter final : public Sink {
         written_[row] += hits.size();
     }
 
-    std::string path_, output_hash_;
+    std::string path_;
+    OutputOptions options_;
     Plan plan_;
     bool is_wide_ = false;  ///< whether indices have 64 bits
     std::array<std::uint64_t, kXrayRows + 1> first_{};
@@ -170,13 +179,12 @@ std::span<const Channel> xrayChannels() {
     return kNeeded;
 }
 
-std::unique_ptr<Sink> makeXray(const std::string& path, const std::string& output_hash) {
-    return std::make_unique<XrayWriter>(path, output_hash);
+std::unique_ptr<Sink> makeXray(const std::string& path, const OutputOptions& options) {
+    return std::make_unique<XrayWriter>(path, options);
 }
 
-SizeForecast forecastXray(const std::string& path, const Plan& plan,
-                          const std::string& output_hash) {
-    return {ArrayWriter::fileBytes(path, xrayArrays(plan), {{"output_hash", output_hash}})};
+SizeForecast forecastXray(const std::string& path, const Plan& plan, const OutputOptions& options) {
+    return ArrayWriter::forecast(path, xrayArrays(plan), textsOf(options), options.compress);
 }
 
 }  // namespace peeler

@@ -26,6 +26,7 @@ namespace {
 constexpr const char* kMaskFolders[] = {"mask", "mask_visib"};
 constexpr const char* kRecords = "views";
 constexpr const char* kIds = "ids";
+constexpr const char* kPictures = "rgb";
 constexpr std::uint64_t kMostRecordBytes = std::uint64_t{1} << 30;
 
 std::string viewDigits(std::size_t number, int count) {
@@ -62,17 +63,20 @@ void removeFile(const fs::path& file) {
 struct MaskFolder::Record {
     std::string hash{};  ///< hash of the view; "" if the view is incomplete
     std::size_t masks = 0, layers = 0;
+    bool rgb = false;         ///< whether the view has a picture
     std::uint64_t bytes = 0;  ///< total size of the files
 };
 
 MaskFolder::MaskFolder(MaskFolderOptions options, std::vector<MaskedObject> objects)
     : options_(std::move(options)), objects_(std::move(objects)) {
     constexpr std::size_t kMostNumbers = std::numeric_limits<std::uint16_t>::max();
-    if (options_.formats.ids && objects_.size() > kMostNumbers)
-        throw Error(ErrorKind::kUsage,
-                    "a picture of ids has 16 bits, too few for " + std::to_string(objects_.size()) +
-                        " objects",
-                    "", "give " + Parameter::kAs + " bop,coco, or make fewer objects");
+    if (!options_.formats.ids || objects_.empty()) return;
+    const std::uint32_t greatest = std::ranges::max(objects_, {}, &MaskedObject::number).number;
+    if (greatest > kMostNumbers)
+        throw Error(
+            ErrorKind::kUsage,
+            "a picture of ids has 16 bits, too few for object number " + std::to_string(greatest),
+            "", "leave pictures of ids out, or make fewer objects");
 }
 
 void MaskFolder::checkViews(std::span<const View> views) const {
@@ -97,6 +101,7 @@ bool MaskFolder::owns(const fs::path& file) const {
     const fs::path name = whole(file), folder = name.parent_path();
     for (const char* const below : {kMaskFolders[0], kMaskFolders[1], kIds, kRecords})
         if (folder == whole(options_.folder / below)) return true;
+    if (options_.formats.rgb && folder == whole(options_.folder / kPictures)) return true;
     const std::vector<fs::path> shared = sharedFiles();
     return std::ranges::any_of(shared, [&](const fs::path& path) { return name == whole(path); });
 }
@@ -108,6 +113,10 @@ fs::path MaskFolder::record(std::size_t view) const {
 /// Returns the path of the file that replaces the record while the view's files are written.
 fs::path MaskFolder::begun(std::size_t view) const {
     return record(view).replace_extension(".begun");
+}
+
+fs::path MaskFolder::picture(std::size_t view) const {
+    return options_.folder / kPictures / (viewDigits(view, 6) + ".png");
 }
 
 std::vector<fs::path> MaskFolder::sharedFiles() const {
@@ -153,6 +162,7 @@ MaskFolder::Record MaskFolder::readRecord(const fs::path& file) {
     // make the search for files endless.
     record.masks = std::min<std::uint64_t>(number("masks"), 10'000'000);
     record.layers = std::min<std::uint64_t>(number("layers"), 100'000);
+    record.rgb = json.contains("rgb");
     record.bytes = number("bytes");
     const auto hash = json.find("hash");
     if (whole && hash != json.end() && hash->is_string()) record.hash = hash->get<std::string>();
@@ -163,13 +173,25 @@ std::optional<std::uint64_t> MaskFolder::bytesOf(std::size_t view, const std::st
     const Record record = readRecord(this->record(view));
     if (record.hash.empty() || record.hash != hash) return std::nullopt;
     std::uint64_t bytes = 0;
-    for (const fs::path& file : files(view, 0, record.masks, 0, record.layers)) {
+    std::vector<fs::path> all = files(view, 0, record.masks, 0, record.layers);
+    if (record.rgb) all.push_back(picture(view));
+    for (const fs::path& file : all) {
         std::error_code failure;
         bytes += fs::file_size(file, failure);
         if (failure) return std::nullopt;
     }
     if (bytes != record.bytes) return std::nullopt;
     return bytes + writtenBytes(this->record(view));
+}
+
+/// Writes the object numbers of a layer.
+void MaskFolder::writeIds(AtomicFile& file, const MaskedView& view, std::uint32_t layer) const {
+    std::vector<std::uint16_t> numbers = view.layers.layer(layer);
+    for (std::uint16_t& number : numbers)
+        if (number != 0) number = static_cast<std::uint16_t>(objects_[number - 1U].number);
+    const Window& crop = view.view.crop;
+    writeGreyPng(file, crop.width(), crop.height(), std::span<const std::uint16_t>(numbers),
+                 options_.software);
 }
 
 std::uint64_t MaskFolder::write(const MaskedView& view) const {
@@ -186,18 +208,17 @@ std::uint64_t MaskFolder::write(const MaskedView& view) const {
     const Record whole = readRecord(record(view.number)), killed = readRecord(begun(view.number));
     const std::size_t masks_before = std::max(whole.masks, killed.masks);
     const std::size_t pictures_before = std::max(whole.layers, killed.layers);
-    const nlohmann::json most = {{"masks", std::max(masks, masks_before)},
-                                 {"layers", std::max(pictures, pictures_before)}};
-    // Commit this file first, because it tells the next run which files a killed run may have left.
+    const bool had_picture = whole.rgb || killed.rgb;
+    nlohmann::json most = {{"masks", std::max(masks, masks_before)},
+                           {"layers", std::max(pictures, pictures_before)}};
+    if (had_picture || options_.formats.rgb) most["rgb"] = true;
+    // Commit this file first: it tells the next run which files a killed run may have left.
     textFile(begun(view.number), dumpJson(most) + '\n')->commit();
     removeFile(record(view.number));
 
-    const std::vector<fs::path> names = files(view.number, 0, masks, 0, pictures);
+    std::vector<fs::path> names = files(view.number, 0, masks, 0, pictures);
     const auto write_picture = [&](AtomicFile& file, std::size_t i) {
-        if (i >= 2 * masks) {
-            const auto layer = view.layers.layer(static_cast<std::uint32_t>(i - 2 * masks));
-            return writeGreyPng(file, width, height, layer, options_.software);
-        }
+        if (i >= 2 * masks) return writeIds(file, view, static_cast<std::uint32_t>(i - 2 * masks));
         const ObjectMasks& of = view.masks[listed[i / 2]];
         std::vector<std::uint8_t> bytes(crop.pixels());
         (i % 2 == 0 ? of.amodal : of.visible).fill(255, bytes);
@@ -215,11 +236,18 @@ std::uint64_t MaskFolder::write(const MaskedView& view) const {
     }
     for (const fs::path& file : files(view.number, masks, masks_before, pictures, pictures_before))
         removeFile(file);
+    if (options_.formats.rgb) {
+        names.push_back(picture(view.number));
+        view.write_rgb(names.back());
+    } else if (had_picture) {
+        removeFile(picture(view.number));
+    }
 
     std::uint64_t bytes = 0;
     for (const fs::path& name : names)
         bytes += writtenBytes(name);
-    nlohmann::json json = viewJson(view, options_.formats, listed);
+    nlohmann::json json = viewJson(view, options_.formats, objects_, listed);
+    if (options_.formats.rgb) json["rgb"] = true;
     json["hash"] = view.hash;
     json["masks"] = masks;
     json["layers"] = pictures;

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <glm/glm.hpp>
 #include <optional>
 #include <span>
@@ -15,15 +16,19 @@
 
 namespace peeler {
 
-/// The formats to write. Any combination is allowed.
+class AtomicFile;
+
+/// The formats of a folder, in any combination.
 struct MaskFormats {
     bool bop = false, coco = false, ids = false;
+    bool rgb = false;  ///< the pictures that the masks belong to
 };
 
-/// An object of a list. Its id is its index plus 1.
+/// An object. Its number identifies it in every file.
 struct MaskedObject {
     std::string name;
-    /// Indices in the scene's file. Only the indices that identify the object are set.
+    std::uint32_t number = 0;  ///< from 1, unique
+    /// Indices in the scene's file; only the indices that identify the object are set.
     std::optional<int> node{}, instance{}, material{};
 };
 
@@ -40,11 +45,12 @@ struct MaskedView {
     std::size_t number = 0;
     const View& view;  ///< view of the picture, not of the canvas
     std::string hash;  ///< hash of everything that determines the view's files
-    // `masks` and `to_world` have one entry per object; ids count from 1.
+    // `masks` and `to_world` have one entry per object, in the order of the folder's objects.
     std::span<const ObjectMasks> masks;
-    /// Transforms from object space to world space, in metres.
-    std::span<const glm::dmat4> to_world;
-    const ObjectLayers& layers;  ///< object numbers of all fragments, for pictures of ids
+    std::span<const glm::dmat4> to_world;  ///< object to world, in metres
+    const ObjectLayers& layers;            ///< for pictures of ids; numbers are positions from 1
+    /// Writes the view's picture to a path. Must be set if the formats include `rgb`.
+    std::function<void(const std::filesystem::path& path)> write_rgb{};
 };
 
 /// A writer of a mask folder (formats/README.md, "Masks"). Each file is written atomically. A
@@ -54,7 +60,7 @@ struct MaskedView {
 /// built from the records.
 class MaskFolder {
   public:
-    /// Throws Error (kUsage) if pictures of ids are requested for more than 65535 objects.
+    /// Throws Error (kUsage) if pictures of ids are requested and a number exceeds 65535.
     MaskFolder(MaskFolderOptions options, std::vector<MaskedObject> objects);
 
     /// Throws Error (kUsage) if BOP cannot represent these views because they are orthographic or
@@ -87,6 +93,8 @@ class MaskFolder {
     std::vector<std::filesystem::path> files(std::size_t view, std::size_t begin_mask,
                                              std::size_t masks, std::size_t begin_layer,
                                              std::size_t layers) const;
+    std::filesystem::path picture(std::size_t view) const;
+    void writeIds(AtomicFile& file, const MaskedView& view, std::uint32_t layer) const;
 
     MaskFolderOptions options_;
     std::vector<MaskedObject> objects_;

@@ -71,12 +71,12 @@ json bopInfo(const ObjectMasks& masks) {
             {"bbox_visib", seen ? bopBox(masks.visible.box()) : none}};
 }
 
-json annotationOf(std::size_t object, const ObjectMasks& masks, const Window& crop) {
+json annotationOf(std::uint32_t number, const ObjectMasks& masks, const Window& crop) {
     const int height = crop.height();
     const auto rle = [&](const PixelRuns& runs) -> json {
         return {{"counts", runs.columnCounts(height)}, {"size", {height, crop.width()}}};
     };
-    return {{"category_id", object + 1},
+    return {{"category_id", number},
             {"iscrowd", 0},
             {"area", masks.visible.count()},
             {"bbox", cocoBox(masks.visible.box())},
@@ -98,16 +98,16 @@ std::string pictureFileName(std::size_t number) {
 std::string categoriesText(std::span<const MaskedObject> objects) {
     std::string text;
     for (std::size_t i = 0; i < objects.size(); ++i)
-        text +=
-            (i == 0 ? "\n    " : ",\n    ") +
-            dumpJson(json{{"id", i + 1}, {"name", objects[i].name}, {"supercategory", "object"}});
+        text += (i == 0 ? "\n    " : ",\n    ") + dumpJson(json{{"id", objects[i].number},
+                                                                {"name", objects[i].name},
+                                                                {"supercategory", "object"}});
     return text;
 }
 
 }  // namespace
 
 json viewJson(const MaskedView& view, const MaskFormats& formats,
-              std::span<const std::size_t> listed) {
+              std::span<const MaskedObject> objects, std::span<const std::size_t> listed) {
     json record = json::object();
     const Window& crop = view.view.crop;
     if (formats.bop) {
@@ -125,7 +125,7 @@ json viewJson(const MaskedView& view, const MaskFormats& formats,
                             {"depth_scale", 1.0}};
         record["scene_gt"] = record["scene_gt_info"] = json::array();
         for (const std::size_t object : listed) {
-            json entry = {{"obj_id", object + 1}};
+            json entry = {{"obj_id", objects[object].number}};
             addRigid(world_to_camera * rigidPlace(view.to_world[object]), "m2c", entry);
             record["scene_gt"].push_back(std::move(entry));
             record["scene_gt_info"].push_back(bopInfo(view.masks[object]));
@@ -140,7 +140,7 @@ json viewJson(const MaskedView& view, const MaskFormats& formats,
         for (const std::size_t object : listed)
             if (view.masks[object].visible.count() > 0)
                 record["coco_annotations"].push_back(
-                    annotationOf(object, view.masks[object], crop));
+                    annotationOf(objects[object].number, view.masks[object], crop));
     }
     return record;
 }
@@ -155,7 +155,7 @@ std::string SharedJson::begin(const std::string& by, std::span<const MaskedObjec
     if (name_ != "objects.json") return "{";
     std::string text = "{\"by\": " + dumpJson(json(by)) + ", \"objects\": [";
     for (std::size_t i = 0; i < objects.size(); ++i) {
-        json entry = {{"object", i + 1}, {"name", objects[i].name}};
+        json entry = {{"object", objects[i].number}, {"name", objects[i].name}};
         if (objects[i].node) entry["nodeIndex"] = *objects[i].node;
         if (objects[i].instance) entry["instance"] = *objects[i].instance;
         if (objects[i].material) entry["materialIndex"] = *objects[i].material;

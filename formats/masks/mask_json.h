@@ -12,10 +12,10 @@
 
 namespace peeler {
 
-/// Returns a view's record with its BOP and COCO data. `listed` are the indices of the objects that
+/// Returns a view's record with its BOP and COCO data. `listed` are the indices into `objects` that
 /// BOP lists, in the order of their masks.
 nlohmann::json viewJson(const MaskedView& view, const MaskFormats& formats,
-                        std::span<const std::size_t> listed);
+                        std::span<const MaskedObject> objects, std::span<const std::size_t> listed);
 
 /// A builder of the text of a file shared by all views: call begin(), add() for each view in order,
 /// and end(), and join the texts that they return.

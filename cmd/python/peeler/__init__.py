@@ -8,7 +8,7 @@
         img.z, img.rgba, img.splits, img["normal"]  # CSR: pixel p has the fragments splits[p] up to splits[p + 1]
 
 Scene, Renderer, Image, Composite and Hits hold data; check_scene, bake_scene, compare_images and merge_images work on
-them. Functions named like the verbs of the command line (bake, check, compare, convert, devices, extract, flatten,
+them, and views places cameras around them. Functions named like the verbs of the command line (bake, check, compare, convert, devices, extract, flatten,
 info, masks, merge, rays, render, sheet, verify, view) run these verbs, from files to files.
 A worker, a process of the program `peeler`, does all the work. The first call starts it: $PEELER, the program that was
 built or installed with this module, or the one in the path. `await peeler.aio(r.layers, scene)` waits for a call
@@ -22,12 +22,13 @@ from ._images import Composite, Image, compare_images, merge_images, read
 from ._rays import Hits
 from ._renderer import Renderer, bake_scene, check_scene
 from ._scenes import Scene
+from ._views import views
 from ._worker import aio
 
 __version__ = _options.description()["version"]
 __all__ = [
     "Composite", "Error", "Hits", "Image", "Renderer", "Scene", "aio", "bake_scene", "check_scene", "compare_images",
-    "merge_images", "read", *_verbs.NAMES,
+    "merge_images", "read", "views", *_verbs.NAMES,
 ]  # fmt: skip
 
 for _name in _verbs.NAMES:

@@ -21,15 +21,16 @@ RAYS_GROUPS = {"Rays", "Camera", "Picture"}
 TIME = {"animation", "time"}
 SCENE = (
     "scene", "include", "exclude", "allow_outside", "ignore_extension", "smooth_normals", "unit", "up", "variant",
-    "transmission", "environment", "environment_rotation", "strict",
+    "transmission", "environment", "environment_rotation", "normalize", "strict",
 )  # fmt: skip
 MACHINE = ("device", "backend", "memory", "require_gpu", "threads")
 # Options for writing pictures, for all verbs.
 SAVE = (
     "as_", "layout", "compression", "no_composite", "deep_merge", "deep_z_tolerance", "deep_alpha_tolerance", "dense",
-    "fill", "dense_type", "cryptomatte", "background", "exposure", "tone_map", "no_clobber", "no_mkdir",
+    "fill", "dense_type", "compress", "cryptomatte", "background", "exposure", "tone_map", "no_clobber", "no_mkdir",
 )  # fmt: skip
 BAKE_GROUPS = {"Baking"}
+VIEWS = ("around", "distance", "seed", "size", "fov", "near", "far", "animation")
 # Calibrated cameras as arrays, in addition to --intrinsics and --pose.
 CALIBRATED = ("K", "world_to_camera", "gltf", "pixel_center")
 
@@ -68,6 +69,8 @@ def keywords(call):
         return {k: table("info" if k == "up" else "render")[k] for k in SCENE}
     if call == "Renderer":
         return {k: table("render")[k] for k in MACHINE}
+    if call == "views":
+        return {k: table("render")[k] for k in VIEWS}
     if call == "save":
         return {k: table("render")[k] for k in SAVE}
     if call == "read":

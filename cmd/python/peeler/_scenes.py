@@ -86,7 +86,7 @@ class Scene:
     pickled for another process. Space: right-handed, +Y up, the file's units (metres in valid glTF).
 
     Keywords are those of `peeler render`: scene, include, exclude, allow_outside, ignore_extension, smooth_normals,
-    unit, up, variant, transmission, environment, environment_rotation, strict.
+    unit, up, variant, transmission, environment, environment_rotation, normalize, strict.
     Warnings of readers become UserWarnings. Raises peeler.Error of kind 'input'.
     """
 
@@ -153,10 +153,24 @@ class Scene:
         path = _arrays.place("mesh.safetensors")
         try:
             _arrays.write(path, arrays, metadata)
-            return _of_bytes(_arrays.mapped(path), path)
+            return _of_bytes(_arrays.mapped(path), path, {})
         except BaseException:
             _arrays.remove(path)
             raise
+
+    def normalized(self, to="unit-cube"):
+        """normalized(to='unit-cube') -> Scene
+
+        The same scene, centred on the origin and scaled uniformly: the longest side of its bounds is 1, or with
+        'unit-sphere' the farthest vertex is at distance 1.
+        """
+        keywords = {**self._keywords, "normalize": to}
+        if self._bytes is None:
+            scene = _of_file(self._path, self._name, keywords, None)
+        else:
+            scene = _of_bytes(self._bytes, None, keywords)
+        scene._read()
+        return scene
 
     def _read(self):
         known = _options.table("info")
@@ -185,6 +199,9 @@ class Scene:
         """Returns the scene's arguments for a verb."""
         if verb not in self._given:
             known = _options.table(verb)
+            if "normalize" in self._keywords and "normalize" not in known:
+                hint = "use the scene as it is in its file"
+                raise Error("usage", f"{verb} cannot normalize scenes", "normalize", hint)
             given = {k: v for k, v in self._keywords.items() if k in known and k != "strict"}
             self._given[verb] = _options.arguments(verb, given, _worker.place)
         return [self._file(), *self._given[verb]]
@@ -232,7 +249,7 @@ class Scene:
 
     def __reduce__(self):
         if self._bytes is not None:
-            return _of_bytes, (bytes(self._bytes), None)
+            return _of_bytes, (bytes(self._bytes), None, self._keywords)
         return _of_file, (self._path, self._name, self._keywords, self._facts)
 
     def __repr__(self):
@@ -261,8 +278,9 @@ def _of_file(path, name, keywords, facts):
     return scene
 
 
-def _of_bytes(data, path):
+def _of_bytes(data, path, keywords):
     scene = _bare()
+    scene._keywords = keywords
     scene._bytes, scene._path, scene._name = data, path, ""
     scene._owned = os.getpid() if path else None
     if path:

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "cmd/tiny_gltf.h"
+#include "core/image/object_masks.h"
 #include "formats/image/image_library.h"
 #include "formats/layered/opened_picture.h"
 #include "support/test_support.h"
@@ -304,6 +305,110 @@ TEST_F(MasksCommand, OfManyViewsAreThoseOfTheirParts) {
     again.insert(again.end(), {"--as", "coco"});
     run(line(again, "whole"));
     EXPECT_FALSE(fs::exists(scratch_ / "whole/mask/000000_000000.png"));
+}
+
+TEST_F(MasksCommand, NumbersAreTheIdsOfLayers) {
+    // Node 0 has no mesh, so the numbers are not positions.
+    const fs::path model = sourceDir() / "examples/scenes/coincident.glb";
+    const std::vector<std::string> picture{model.string(), "--size", "64x36"};
+    std::vector<std::string> line = picture;
+    line.insert(line.end(), {"-o", (scratch_ / "out").string(), "--as", "ids"});
+    ASSERT_FALSE(run(line).is_null());
+    const Json objects = jsonOf(scratch_ / "out/objects.json")["objects"];
+    for (const Json& object : objects)
+        EXPECT_EQ(object["object"], object["nodeIndex"].get<int>() + 1);
+
+    line = picture;
+    line.insert(line.begin(), "render");
+    const std::string layers = (scratch_ / "ids.exr").string();
+    line.insert(line.end(), {"-o", layers, "--channels", "id", "--quiet"});
+    ASSERT_EQ(runPeeler(line).exit_code, 0);
+    const auto input = openLayered(layers);
+    LayeredImage image;
+    input->read(input->info().plan.view.crop, image);
+    const FragmentChannel ids = findIds(image, "id.object");
+    const std::vector<float> first = grey(scratch_ / "out/ids/000000_layer_000.png");
+    std::set<std::uint32_t> seen;
+    for (std::size_t p = 0; p < first.size(); ++p) {
+        const std::uint32_t id = image.count(p) > 0 ? ids.id(image.offsets[p]) : 0;
+        ASSERT_EQ(std::lround(first[p] * 65535), id) << p;
+        seen.insert(id);
+    }
+    EXPECT_GT(*seen.rbegin(), seen.size()) << "some numbers are missing";
+}
+
+TEST_F(MasksCommand, InstancesHaveNumbersBehindTheNodes) {
+    const Json found = run({(sourceDir() / "examples/scenes/jellyfish.glb").string(), "-o",
+                            (scratch_ / "out").string(), "--size", "16x16", "--as", "coco"});
+    ASSERT_FALSE(found.is_null());
+    const Outcome info =
+        runPeeler({"info", (sourceDir() / "examples/scenes/jellyfish.glb").string(), "--json"});
+    const std::size_t nodes = Json::parse(info.out)["objectNames"].size();
+    std::set<std::size_t> numbers;
+    const Json objects = jsonOf(scratch_ / "out/objects.json")["objects"];
+    for (const Json& object : objects) {
+        const std::size_t number = object["object"];
+        EXPECT_TRUE(numbers.insert(number).second) << number << " twice";
+        if (object.value("instance", 0) == 0)
+            EXPECT_EQ(number, object["nodeIndex"].get<std::size_t>() + 1);
+        else
+            EXPECT_GT(number, nodes);
+    }
+    EXPECT_GT(*numbers.rbegin(), nodes);
+}
+
+TEST_F(MasksCommand, RgbIsThePictureThatRenderWrites) {
+    const std::vector<std::string> views{"--views", "2", "--as", "coco"};
+    std::vector<std::string> pictures = views;
+    pictures.insert(pictures.end(), {"--rgb", "--background", "#ff8000"});
+    const Json found = run(line(pictures));
+    ASSERT_FALSE(found.is_null());
+    EXPECT_EQ(found["views"][0]["toneMap"], "neutral");
+    const Outcome render =
+        runPeeler({"render", scene_, "-o", (scratch_ / "r/@.png").string(), "--size", "12x8",
+                   "--views", "2", "--background", "#ff8000", "--quiet"});
+    ASSERT_EQ(render.exit_code, 0) << render.err;
+    const Json images = jsonOf(scratch_ / "out/coco.json")["images"];
+    for (int view = 0; view < 2; ++view) {
+        const std::string name = images[static_cast<std::size_t>(view)]["file_name"];
+        const Outcome same =
+            runPeeler({"compare", (scratch_ / "out" / name).string(),
+                       (scratch_ / "r" / ("000" + std::to_string(view) + ".png")).string()});
+        EXPECT_EQ(same.exit_code, 0) << same.out << same.err;
+    }
+    // A missing picture makes its view incomplete; without --rgb, outdated pictures go.
+    fs::remove(scratch_ / "out/rgb/000001.png");
+    pictures.emplace_back("--skip-existing");
+    const Json again = run(line(pictures));
+    EXPECT_TRUE(again["views"][0].contains("skipped"));
+    EXPECT_FALSE(again["views"][1].contains("skipped"));
+    EXPECT_TRUE(fs::exists(scratch_ / "out/rgb/000001.png"));
+    run(line(views));
+    EXPECT_FALSE(fs::exists(scratch_ / "out/rgb/000000.png"));
+    for (const char* const option : {"--background=#fff000", "--samples=2", "--environment=none"})
+        EXPECT_TRUE(contains(refused({option}).err, "add --rgb")) << option;
+}
+
+TEST_F(MasksCommand, OfSeveralScenesAreInAFolderEach) {
+    const fs::path other = scratch_ / "other";
+    fs::create_directories(other);
+    const std::string second = writeScene(other, stackScene(2)).string();
+    const std::string output = (scratch_ / "sets/{folder}").string();
+    const Json found = run({scene_, second, "-o", output, "--size", "12x8", "--as", "coco"});
+    ASSERT_EQ(found["scenes"].size(), 2U);
+    const std::string first = scratch_.path().filename().string();
+    EXPECT_EQ(found["scenes"][0]["output"], (scratch_ / "sets" / first).string());
+    EXPECT_EQ(jsonOf(scratch_ / "sets" / first / "coco.json")["categories"].size(), 3U);
+    EXPECT_EQ(jsonOf(scratch_ / "sets/other/coco.json")["categories"].size(), 2U);
+    const Outcome clash = runPeeler({"masks", scene_, second, "-o", (scratch_ / "sets").string()});
+    EXPECT_EQ(clash.exit_code, 2);
+    EXPECT_TRUE(contains(clash.err, "{stem}")) << clash.err;
+    const Outcome partly = runPeeler({"masks", (scratch_ / "missing.glb").string(), second, "-o",
+                                      (scratch_ / "part/{folder}").string(), "--keep-going",
+                                      "--size", "12x8", "--json", "--quiet"});
+    EXPECT_EQ(partly.exit_code, 3);
+    EXPECT_EQ(Json::parse(partly.out)["failed"][0]["exitCode"], 3);
+    EXPECT_TRUE(fs::exists(scratch_ / "part/other/coco.json"));
 }
 
 TEST_F(MasksCommand, KeepsToItsMemory) {

@@ -123,6 +123,15 @@ TEST_F(ManyScenes, AreListedByADryRun) {
     EXPECT_EQ(written().size(), 0U);
 }
 
+TEST_F(ManyScenes, AreForecastTogether) {
+    const Outcome plan = render(
+        {(scenes_ / "*.gltf").string(), "-o", out("{stem}_@@.npz"), "--views", "4", "--dry-run"});
+    ASSERT_EQ(plan.exit_code, 0) << plan.err;
+    const std::size_t whole = plan.err.find("8 pictures like"), part = plan.err.find("4 pictures");
+    EXPECT_LT(whole, part) << plan.err;
+    EXPECT_NE(part, std::string::npos) << "of the last scene alone";
+}
+
 TEST_F(ManyScenes, FoldersAreMadeUnlessTheyMayNot) {
     const std::string scene = (scenes_ / "a.gltf").string();
     const Outcome refused = render({scene, "-o", out("a.exr"), "--no-mkdir"});

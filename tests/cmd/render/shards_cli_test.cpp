@@ -124,6 +124,32 @@ TEST_F(ShardsOfPictures, HoldFilesBeside) {
     EXPECT_TRUE(unpacked({"layers.tar"}).contains("a_x.exr"));
 }
 
+TEST_F(ShardsOfPictures, SamplesHaveTheirCalibration) {
+    // The focal length of 24 x 16 pixels at 90 degrees is 8 pixels. The first pixel's centre is (0,
+    // 0), so the middle is (11.5, 7.5). The scene's centre is 3 in front of every camera.
+    const Json views = rendered(scene_, "s.tar",
+                                {"--views", "3", "--around", "random", "--distance", "3", "--fov",
+                                 "90", "--normalize", "unit-cube"})
+                           .at("views");
+    const Members members = unpacked({"s.tar"});
+    for (std::size_t i = 0; i < 3; ++i) {
+        const Json about = Json::parse(members.at("a_x_000" + std::to_string(i) + ".json"));
+        for (const Json* const json : {&about, &views[i]}) {
+            EXPECT_EQ(json->at("size"), Json({24, 16}));
+            const Json k{{8.0, 0.0, 11.5}, {0.0, 8.0, 7.5}, {0.0, 0.0, 1.0}};
+            for (std::size_t row = 0; row < 3; ++row)
+                for (std::size_t column = 0; column < 3; ++column)
+                    EXPECT_NEAR(json->at("K")[row][column].get<double>(),
+                                k[row][column].get<double>(), 1e-12);
+            const double centre[] = {0, 0, 3, 1};
+            for (std::size_t row = 0; row < 4; ++row)
+                EXPECT_NEAR(json->at("world_to_camera")[row][3].get<double>(), centre[row], 1e-12);
+            EXPECT_EQ(json->at("convention"), "opencv");
+            EXPECT_EQ(json->at("pixel_center"), 0);
+        }
+    }
+}
+
 TEST_F(ShardsOfPictures, AreSharedByScenes) {
     const Strings asked{"--shard-member", "{folder}_{stem}.npz", "--shard-count", "2"};
     const Json scenes = rendered(scenes_, "s-##.tar", asked).at("scenes");

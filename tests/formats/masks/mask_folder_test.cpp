@@ -99,7 +99,7 @@ class MaskFiles : public testing::Test {
     Json json(const std::string& name) const { return Json::parse(bytesOf(scratch_ / name)); }
 
     ScratchDir scratch_;
-    std::vector<MaskedObject> objects_{{"one"}, {"two"}, {"three"}};
+    std::vector<MaskedObject> objects_{{"one", 1}, {"two", 2}, {"three", 8}};
     std::vector<glm::dmat4> places_ = std::vector<glm::dmat4>(3, glm::dmat4(1));
     std::vector<ObjectMasks> masks_;
     ObjectLayers layers_;
@@ -142,8 +142,8 @@ TEST_F(MaskFiles, AreBops) {
     const Json gt = json("scene_gt.json")["0"];
     ASSERT_EQ(gt.size(), 2U);
     EXPECT_EQ(gt[0]["obj_id"], 1);
-    EXPECT_EQ(gt[1]["obj_id"], 3);
-    // In BOP's camera space, X is world X, Y (down) is world Z, and Z (depth) is 5 minus world Y.
+    EXPECT_EQ(gt[1]["obj_id"], 8);
+    // In the camera space of BOP, X is world X, Y (down) is world Z, and Z is 5 minus world Y.
     const double place[] = {1000, 3000, 3000}, turned[] = {1, 0, 0, 0, 0, 1, 0, -1, 0};
     for (std::size_t i = 0; i < 3; ++i)
         EXPECT_NEAR(gt[0]["cam_t_m2c"][i].get<double>(), place[i], 1e-9);
@@ -155,7 +155,7 @@ TEST_F(MaskFiles, AreBops) {
     const Json objects = json("objects.json");
     EXPECT_EQ(objects["by"], "node");
     EXPECT_EQ(objects["objects"][2],
-              (Json{{"object", 3}, {"name", "three"}, {"materialIndex", 7}}));
+              (Json{{"object", 8}, {"name", "three"}, {"materialIndex", 7}}));
 }
 
 TEST_F(MaskFiles, AreCocos) {
@@ -169,6 +169,7 @@ TEST_F(MaskFiles, AreCocos) {
               (Json{{"id", 1}, {"file_name", "rgb/000001.png"}, {"width", 4}, {"height", 3}}));
     ASSERT_EQ(json["categories"].size(), 3U);
     EXPECT_EQ(json["categories"][1]["name"], "two");
+    EXPECT_EQ(json["categories"][2]["id"], 8);
     ASSERT_EQ(json["annotations"].size(), 2U) << "of what is seen";
     const Json& annotation = json["annotations"][1];
     EXPECT_EQ(annotation["id"], 2);
@@ -193,10 +194,10 @@ TEST_F(MaskFiles, AreIdsOfLayers) {
     imageDecoder("png", (scratch_ / "ids/000012_layer_001.png").string())
         ->read(0, 1, samples.data());
     for (std::size_t i = 0; i < 12; ++i)
-        EXPECT_EQ(std::lround(samples[i] * 65535), i == 10 ? 3 : 0);
+        EXPECT_EQ(std::lround(samples[i] * 65535), i == 10 ? 8 : 0);
     EXPECT_TRUE(fs::exists(scratch_ / "ids/000012_layer_000.png"));
     EXPECT_FALSE(fs::exists(scratch_ / "ids/000012_layer_002.png"));
-    const std::vector<MaskedObject> many(65536);
+    const std::vector<MaskedObject> many{{"last", 65536}};
     EXPECT_THROW(MaskFolder({scratch_.path(), {.ids = true}, "node", ""}, many), Error);
     EXPECT_NO_THROW(MaskFolder({scratch_.path(), {.bop = true}, "node", ""}, many));
 }

@@ -51,6 +51,7 @@ struct OutputOptions {
     bool automatic_exposure = false;  ///< use the ExposureMeter's value in place of `exposure`
     std::string tone_map = "none";    ///< PNG, JPEG, TIFF, page: name of the tone map
     DenseSettings dense{};            ///< dense: how to write the planes
+    bool compress = false;            ///< .npz: DEFLATE arrays, which are kept in memory until then
     std::uint64_t max_fragments = 4'000'000;  ///< page: maximum number of fragments
     Provenance provenance{};
     /// PNG, JPEG, TIFF, page: set by the sink unless null.
