@@ -26,11 +26,12 @@ bool isAllTransparent(const PosedScene& posed) {
 }
 
 std::string beyondText(FrustumSide side, const View& view) {
-    if (side == FrustumSide::kFar) return "the scene lies behind the far plane";
+    const std::string offer = "; --camera auto shows all of it";
+    if (side == FrustumSide::kFar) return "the scene lies behind the far plane (--far)";
     if (side == FrustumSide::kNear)
-        return "the scene lies behind the camera or in front of its near plane";
+        return "the scene lies behind the camera or in front of its near plane" + offer;
     const bool whole = view.crop == Window{0, 0, view.width, view.height};
-    return whole ? "the scene lies outside the camera's field of view"
+    return whole ? "the scene lies outside the camera's field of view" + offer
                  : "the scene lies outside the crop";
 }
 
@@ -42,8 +43,7 @@ std::string emptyReason(const PosedScene& posed, const View& view, const Capture
         const bool chosen = !options.include.empty() || !options.exclude.empty();
         return chosen ? "--include and --exclude leave no meshes" : "the scene has no meshes";
     }
-    if (const auto side = sideBeyondWhich(view, SceneExtent(posed)))
-        return beyondText(*side, view) + "; --camera auto shows all of it";
+    if (const auto side = sideBeyondWhich(view, SceneExtent(posed))) return beyondText(*side, view);
     if (isAllTransparent(posed)) return "all its surfaces are fully transparent";
     if (capture.clip.active()) return "nothing is left inside the clip volume (--clip)";
     return "no surface covers a sample of a pixel; they may be transparent, face away (see "

@@ -59,7 +59,7 @@ TEST(EmptyPicture, HasAReason) {
     Shot shot;
     EXPECT_FALSE(contains(shot.render({}).err, "empty"));
     expectEmpty(shot, {"--eye", "0,0,3", "--target", "0,0,9"}, "the scene lies behind the camera");
-    expectEmpty(shot, {"--far", "2"}, "the scene lies behind the far plane; --camera auto");
+    expectEmpty(shot, {"--far", "2"}, "the scene lies behind the far plane (--far)");
     expectEmpty(shot, {"--eye", "0,0,300", "--target", "0,300,0", "--fov", "20"},
                 "the scene lies outside the camera's field of view");
     expectEmpty(shot, {"--clip-box", "900,900,900,901,901,901"}, "nothing is left inside the clip");
