@@ -279,11 +279,11 @@ TEST(Writers, ChoicesAreListedWhereAChoiceIsWrong) {
         "choose one of: .exr, .png, .jpg, .jpeg, .tif, .tiff, .html, .htm, .safetensors, .npz");
     EXPECT_NE(usageHint("out", options).find(".exr"), std::string::npos);
     options.as = "ldi";
-    EXPECT_EQ(usageHint("out.png", options), "write .exr, or use `as` composite, lari");
+    EXPECT_EQ(usageHint("out.png", options), "write .exr, or use `as` composite, lari, world-tracing");
     options.as = "voxels";
     EXPECT_EQ(usageHint("out.exr", options),
               "choose one of: ldi, deep, composite, midpoint-depth, page, layers, arrays, dense, "
-              "lari, xray");
+              "lari, world-tracing, xray");
     options.as = "";
     options.tone_map = "filmic";
     EXPECT_EQ(usageHint("out.png", options), "choose one of: neutral, none, aces");
