@@ -448,8 +448,9 @@ constexpr const char* kBakeFooter =
     "white surface reflects); clipped at 1. It also gets the values themselves as 32-bit\n"
     "floats: _AO and so on. A .png contains the values of COLOR_0 without the existing\n"
     "colour, an .exr the values themselves. Normals and distances are in world space. If nodes\n"
-    "with the same mesh get different values, each gets a copy of it; the instances of one\n"
-    "node (EXT_mesh_gpu_instancing) get their mean. Values are those of the front faces.\n"
+    "with the same mesh get different values, each node gets its own copy of the mesh. The\n"
+    "instances of a node (EXT_mesh_gpu_instancing) share the mean of their values. Values are\n"
+    "those of the front faces.\n"
     "Arrays of n vertices: values (n, 1 or 3), positions and normals (n, 3; world space),\n"
     "float32, and ranges (r, 5; int64): node, instance (among all drawn instances), primitive\n"
     "of its mesh, first vertex and number of vertices. With --target texture, arrays contain\n"
@@ -465,8 +466,7 @@ VerbAction declareBake(VerbOptions& verb) {
     addUpOption(verb, options->scene.reading);
     addBakedAppearanceOptions(verb, options->appearance);
     addEngineOption(verb, options->engine);
-    addRunOptions(verb, *options,
-                  "rays are traced in bands that fit into the memory left by the receivers");
+    addRunOptions(verb, *options, "rays are traced in bands; the receivers and one band must fit");
     addDryRunOption(verb, options->bake.dry_run);
     verb.footer(kBakeFooter);
     return [options](Session& session) {

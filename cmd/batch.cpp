@@ -208,7 +208,7 @@ void Batch::share() {
     if (jobs > 1 || options_.memory.source.empty()) memory_ = options_.memory / jobs;
     if (memory_ != 0 && memory_ < kLeastMemory) {
         throw Error(ErrorKind::kMemory,
-                    "the memory budget is " + mebibytesText(options_.memory) + ", which leaves " +
+                    "the memory budget of " + mebibytesText(options_.memory) + " leaves only " +
                         mebibytesText(memory_) + " for each of " + std::to_string(jobs) + " jobs",
                     options_.memory.where(), "run fewer jobs at a time with --jobs");
     }

@@ -123,8 +123,8 @@ class Check {
         if (!options_.unit) noteUnit();
     }
 
-    /// Notes the assumed unit; gives a hint instead if the scene is very large: files for printers
-    /// often use millimetres, although glTF specifies metres.
+    /// Reports the assumed unit. If the scene is larger than any printer, suggests --unit mm
+    /// instead: files for printers are often in millimetres, although glTF specifies metres.
     void noteUnit() {
         constexpr double kLarge = 10;  // metres; larger than any printer
         const glm::dvec3 size = report_.bounds.max - report_.bounds.min;
@@ -183,9 +183,9 @@ class Check {
 };
 
 constexpr const char* kCheckFooter =
-    "A part is a mesh at its place in the scene, with all its materials; vertices with\n"
-    "bit-identical positions count as one, and those of open edges within --weld. A part can be\n"
-    "printed if it is\n"
+    "A part is a mesh at its place in the scene, with all its materials. Vertices with\n"
+    "bit-identical positions are joined; so are vertices of open edges within --weld. A part\n"
+    "can be printed if it is\n"
     "  closed        every edge has an even number of triangles\n"
     "  manifold      no edge has more than two triangles\n"
     "  oriented      adjacent triangles have consistent winding; outer shells face outwards,\n"
@@ -199,11 +199,11 @@ constexpr const char* kCheckFooter =
     "determined.\n"
     "The thinnest wall is the shortest distance from the surface straight into the material,\n"
     "against the normal of a triangle, to a face whose normal is opposite to within 30 degrees.\n"
-    "It is found over the whole surface, not at samples, and accurate to 1e-4 of its value. Faces\n"
-    "that share a corner form an edge, not a wall; sharp edges, of less than 30 degrees, are\n"
-    "counted. A wall between faces that other triangles cross can get arbitrarily thin; it is\n"
-    "reported apart, as the crossed wall. For open parts it is the thinnest of the existing\n"
-    "walls. Alpha and textures are ignored.\n"
+    "The minimum is over the whole surface, not over samples, with a relative error of at most\n"
+    "1e-4. Faces that share a corner form an edge, not a wall; the number of sharp edges (less\n"
+    "than 30 degrees) is reported. A wall between faces that other triangles cross can get\n"
+    "arbitrarily thin; it is reported separately, as the crossed wall. In an open part, only\n"
+    "existing walls are measured. Alpha and textures are ignored.\n"
     "\n"
     "Exit codes: 0 printable; 3 not printable, or the file is not a scene.";
 
@@ -226,13 +226,13 @@ VerbAction declareCheck(VerbOptions& verb) {
              "minimum wall thickness in millimetres; a thinner wall is a problem")
         .group("Check");
     addValue(verb, "--weld", "MM", options->weld, parseAtLeastZero,
-             "distance in millimetres up to which vertices of open edges count as one; 0: only at "
-             "the same position (default: a millionth of the part's size)")
+             "maximum distance in millimetres at which vertices of open edges are joined; 0 joins "
+             "only vertices at the same position (default: a millionth of the part's size)")
         .group("Check");
     addValue(
         verb, "--unit", "NAME|METRES", options->unit, parseLengthUnit,
-        "length unit of the scene, by name or in metres; texts and pictures use it, too (without "
-        "a name: millimetres):")
+        "length unit of the scene, by name or in metres; texts and pictures give lengths in the "
+        "named unit, or in millimetres if you give metres:")
         .oneOf(describeChoices(kLengthUnits, true))
         .group("Check");
     verb.addFlag(

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// peeler holdout: a layered file as far as a matte in front of it lets it show, band by band.
+// peeler holdout: removes the parts of a layered file that a matte hides, band by band.
 #include "core/image/holdout.h"
 
 #include <filesystem>
@@ -43,9 +43,10 @@ constexpr Choice<SameDepth> kSameDepths[] = {
 
 void checkHoldout(const HoldoutOptions& options) {
     if (!options.by && !options.objects.any())
-        throw Error(ErrorKind::kUsage, "there is nothing to hold the picture out by", "--by",
-                    "give a layered file or a scene; or the objects to keep, with --include, which "
-                    "the others of the file hold out");
+        throw Error(
+            ErrorKind::kUsage, "no matte is given", "--by",
+            "give a layered file or a scene as the matte; or give --include with the objects "
+            "to keep, so that the other objects of the file are the matte");
 }
 
 /// Returns the filter that selects and holds out the fragments of a picture.

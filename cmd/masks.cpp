@@ -448,10 +448,11 @@ void addMaskOptions(VerbOptions& verb, MasksOptions& options) {
                  "fail if the folder is missing (default: create it)")
         .group("Output");
     addObjectsOption(verb, options.objects);
-    addValue(verb, "--see-through", "A", options.see_through, parseOpacity,
-             "minimum opacity of fragments that hide the objects behind them; a pixel belongs to "
-             "the object of its nearest fragment that hides, else to that of its nearest fragment; "
-             "0: all fragments hide, 1: only opaque ones (default: 0)")
+    addValue(
+        verb, "--see-through", "A", options.see_through, parseOpacity,
+        "minimum opacity at which a fragment hides the objects behind it; a pixel belongs to the "
+        "object of its nearest hiding fragment or, if no fragment hides, of its nearest "
+        "fragment; 0: all fragments hide, 1: only opaque fragments hide (default: 0)")
         .group("Objects");
     addValue(verb, "--canvas", "K", options.canvas, parseCanvas,
              "capture a canvas around the picture, K times as wide and high, so that counts, "

@@ -165,9 +165,10 @@ void Merge::plan() {
         return;
     }
     if (!complete) {
-        throw Error(ErrorKind::kInput,
-                    "tiles overlap and lack fragments, so the picture's fragment count is unknown",
-                    path(), "render tiles that do not overlap, or all their layers");
+        throw Error(
+            ErrorKind::kInput,
+            "tiles overlap and do not have all layers, so the picture's fragment count is unknown",
+            path(), "render the tiles without overlap or with all layers");
     }
     countLayers();
     plan.fragments_counted = plan.fragments_stored;
@@ -239,9 +240,12 @@ VerbAction declareMerge(VerbOptions& verb) {
     addThreadsOption(verb, options->threads);
     addReportOptions(verb, options->report);
     verb.footer(
-        "The result is identical to a render of the whole picture. Tiles may overlap where\n"
-        "they are identical bit for bit. Elements must have the same camera, size, precision\n"
-        "and channels; fragments at exactly the same depth stay in the order of the files.\n"
+        "Merged tiles are identical to a render of the whole picture. Tiles may overlap where\n"
+        "they are identical bit for bit.\n"
+        "Elements must have the same camera, size, precision and channels. Layered or deep\n"
+        "elements with all layers, one sample per pixel and no shadows give the same fragments as\n"
+        "a render of the whole scene; only fragments at exactly the same depth are in the order\n"
+        "of the files. With more samples, pixels that elements share are approximate at edges.\n"
         "Ids of different scenes are renumbered so that they differ, and keep their names.");
     return [options](Session& session) {
         Merge(*options, session.reporter()).run();

@@ -121,7 +121,8 @@ void Rays::openScene() {
     if (!views_.asked()) return;
     views_.place(*scene_);
     if (views_.placesObjects() && !eachAlone())
-        throw Error(ErrorKind::kUsage, "every view places objects differently",
+        throw Error(ErrorKind::kUsage,
+                    "views that place objects differently cannot share one output file",
                     "--cameras " + options_.bundles.views.file->string(),
                     "put @@@@ into the output's name for one file per view");
 }

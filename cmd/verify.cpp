@@ -180,8 +180,8 @@ int verifyAll(const VerifyOptions& options, Reporter& reporter) {
 VerbAction declareVerify(VerbOptions& verb) {
     const auto options = std::make_shared<VerifyOptions>();
     verb.addFiles("FILES", options->inputs,
-                  "OpenEXR files and pictures in arrays (.safetensors); files of peeler are "
-                  "checked as one sequence")
+                  "OpenEXR files and pictures in arrays (.safetensors); files that peeler wrote "
+                  "are checked as one sequence")
         .files(".exr .safetensors");
     verb.addFlag("--any-settings", options->any_settings,
                  "allow scene, settings and size to differ between files");
@@ -195,8 +195,8 @@ VerbAction declareVerify(VerbOptions& verb) {
         "of the layers, bit for bit. All attributes of a camera must agree. Files of other\n"
         "programs are only read to their end.\n"
         "\n"
-        "Exit codes: 0 all files are good; 3 a file is unreadable or inconsistent, or has\n"
-        "other settings; 6 only fragments or frames are missing.");
+        "Exit codes: 0 all files are good; 3 a file is unreadable or inconsistent, or its\n"
+        "settings differ from the other files'; 6 only fragments or frames are missing.");
     return [options](Session& session) { return verifyAll(*options, session.reporter()); };
 }
 

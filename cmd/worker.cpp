@@ -36,7 +36,7 @@ JobLimits shareOf(const WorkerOptions& options) {
     limits.memory = options.memory / jobs;
     if (limits.memory != 0 && limits.memory < kLeastMemory)
         throw Error(ErrorKind::kMemory,
-                    "the memory budget is " + mebibytesText(options.memory) + ", which leaves " +
+                    "the memory budget of " + mebibytesText(options.memory) + " leaves only " +
                         mebibytesText(limits.memory) + " for each of " + std::to_string(jobs) +
                         " jobs",
                     options.memory.where(), "run fewer jobs at a time with --jobs");

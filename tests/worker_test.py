@@ -28,7 +28,7 @@ SCENES = HERE.parent / "examples" / "scenes"
 SCENE = SCENES / "coincident.glb"
 LINES = 100_000 if "PEELER_TEST_ALL" in os.environ else 3_000
 SMALL = {"size": "64x48"}
-# Minutes of work on any machine. So if a test waits for its end, the cancellation has failed.
+# A job that takes minutes on any machine. If a test waits until this job ends, the cancellation has failed.
 LONG = {"size": "2048x2048", "samples": 256}
 
 

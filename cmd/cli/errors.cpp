@@ -25,11 +25,11 @@ constexpr DefaultHint kDefaultHints[] = {
      "this is a bug in peeler; please report it with the command that shows it"},
     {ErrorKind::kUsage, "see peeler --help"},
     {ErrorKind::kInput,
-     "check that the file is complete and undamaged; peeler info lists its content"},
+     "the file may be damaged or in an unsupported variant; copy or export it again"},
     {ErrorKind::kOutput, "check the folder and the free space on its disk"},
     {ErrorKind::kDevice, "run peeler devices to see which devices work, and why the others do not"},
     {ErrorKind::kIncomplete, "leave --strict out to keep the incomplete result"},
-    {ErrorKind::kMemory, "use a smaller --size, fewer --layers or a higher --memory"},
+    {ErrorKind::kMemory, "free some memory, or make the input or the output smaller"},
 };
 
 Text hintOf(const Error& error) {

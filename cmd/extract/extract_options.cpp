@@ -69,9 +69,9 @@ constexpr const char* kExtractFooter =
     "(n, 3), texcoords (n, 2), tangents (n, 4), base_color, emissive (n, 3), roughness, metallic\n"
     "(n), motion (n, 2); other channels keep their names.\n"
     "Camera: bundle_origin, bundle_direction, bundle_right, bundle_up (1, 3), bundle_size (1, 2;\n"
-    "at distance 1, or in scene units), bundle_resolution (1, 2), bundle_window (1, 4; x, y, w, h\n"
-    "of these pixels), bundle_perspective (1; 0 or 1), near, far (NaN if unknown);\n"
-    "arrays_version.\n"
+    "width and height of the picture, in scene units; of a perspective camera: at distance 1),\n"
+    "bundle_resolution (1, 2), bundle_window (1, 4; x, y, w, h of these pixels),\n"
+    "bundle_perspective (1; 0 or 1), near, far (NaN if unknown); arrays_version.\n"
     "With --dense N, for an H x W crop, arrays of n are (H, W, N) or (H, W, N, components), count\n"
     "(H, W, uint32; all fragments of the pixel) replaces ray_splits, and layer exists only with\n"
     "--layer.\n"
@@ -147,7 +147,8 @@ void addExtractOptions(VerbOptions& verb, ExtractOptions& options) {
     verb.option("--output")
         .required(false)
         .description(
-            "file of each layer; #### or %04d becomes its number: .exr or .safetensors (all "
+            "one file per layer; #### or %04d becomes the layer's number: .exr or .safetensors "
+            "(all "
             "channels, cropped to the layer), .npz (rgba and z), .png, .jpg, .tif")
         .files(".exr .safetensors .npz .png .jpg .tif");
     const auto add = [&](const char* name, auto& target, const char* endings, const char* help) {

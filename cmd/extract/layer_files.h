@@ -41,9 +41,9 @@ class LayerFiles {
     /// Returns the forecast size of a layer's file.
     SizeForecast forecast(const Plan& whole, std::size_t layer) const;
 
-    /// Returns the maximum memory, besides the band, of the files that are open at the same time.
-    /// `pixel_bytes` of the result applies to each pixel of a band. A band has `rows` rows and
-    /// takes `fragment_bytes` bytes per fragment.
+    /// Returns the maximum memory of all files that are open at the same time, without the band.
+    /// The `pixel_bytes` of the result is per pixel of a band. A band has `rows` rows and takes
+    /// `fragment_bytes` bytes per fragment.
     SinkMemory memory(const Plan& whole, int rows, std::uint64_t fragment_bytes) const;
 
     std::filesystem::path path(std::size_t layer) const;

@@ -31,7 +31,7 @@ std::string channelsText(const LayeredImage& image) {
     return text.empty() ? "none" : text.substr(0, text.size() - 2);
 }
 
-/// Adds a file to the list of elements; of a file that was merged itself, its elements.
+/// Adds a file to the list of elements. If the file was itself merged, adds its elements instead.
 void addElement(const PictureTile& tile, nlohmann::json& elements) {
     const Provenance& own = tile.info().provenance;
     const nlohmann::json merged = parseJsonOrNull(own.elements);

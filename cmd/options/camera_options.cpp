@@ -49,8 +49,9 @@ glm::dmat4 parsePose(const std::string& text) {
         throw Error(ErrorKind::kUsage, "expected a last row of 0,0,0,1");
     constexpr double kMostOff = 1e-4;
     if (!(distanceFromRigid(world_to_camera) < kMostOff))
-        throw Error(ErrorKind::kUsage, "expected a rotation and a translation", "",
-                    "scale the scene instead; a mirrored axis means another convention");
+        throw Error(
+            ErrorKind::kUsage, "expected a rotation and a translation", "",
+            "scale the scene instead of the pose; use OpenCV's axes: x right, y down, z forward");
     return poseOfOpencv(world_to_camera, "--pose");
 }
 
@@ -70,8 +71,8 @@ void addCameraOptions(VerbOptions& verb, CameraOptions& options, SceneReadOption
         "camera, or a view of the whole scene if it has "
         "no camera)");
     add("--eye", "X,Y,Z", options.eye, vector,
-        "position of a custom camera (default: one that sees the whole scene with margins of 5 %; "
-        "flat scenes from the front, others from the right and above)");
+        "position of a custom camera (default: one that sees the whole scene with margins of 5 %, "
+        "from the front, slightly from the right and above; a flat scene along its thin axis)");
     add("--target", "X,Y,Z", options.target, vector,
         "point the camera looks at (default: the scene's centre)");
     verb.addRepeated(

@@ -200,8 +200,8 @@ void FileSequence::choosePictures() {
 /// Throws Error (kUsage) unless each picture has output files of its own.
 void FileSequence::checkOutputs() const {
     if (options_.skip_existing && outputs_.empty())
-        throw Error(ErrorKind::kUsage, "no file is written that could be skipped",
-                    "--skip-existing", "leave it out");
+        throw Error(ErrorKind::kUsage, "this run writes no files to skip", "--skip-existing",
+                    "leave it out");
     for (const GivenOption& option : outputs_) {
         std::set<std::string> names;
         for (const PictureNumber& number : pictures_) {

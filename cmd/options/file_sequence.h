@@ -9,7 +9,7 @@
 
 namespace peeler::cmd {
 
-/// How a verb takes the files of a sequence.
+/// The way in which a verb processes the files of a sequence.
 enum class SequenceUse : std::uint8_t {
     kEach,      ///< runs once per picture
     kLayers,    ///< like kEach; in output names, placeholders after the first are for layer numbers

@@ -142,7 +142,7 @@ void addViewOptions(VerbOptions& verb, ViewListOptions& options) {
         verb, "--distance", "D", options.distance,
         [](const std::string& text) { return parsePositive(text); },
         "distance of the cameras from the scene's centre, in scene units (default: far enough to "
-        "see the whole scene from any side; turntable: just far enough)")
+        "see the whole scene from any side; turntable: the smallest distance)")
         .group(kViewsGroup);
     addValue(
         verb, "--elevation", "DEGREES", options.elevation,
@@ -173,7 +173,8 @@ void addFirstViewOption(VerbOptions& verb, ViewListOptions& options) {
     addValue(
         verb, "--first-view", "N", options.first,
         [](const std::string& text) { return static_cast<int>(parseInteger(text, 0, kMost)); },
-        "number of the first view in names and results; 1 gives the frames 1 to N (default: 0)")
+        "number of the first view in file names and results; the next views count up from it "
+        "(default: 0)")
         .group(kViewsGroup);
 }
 
@@ -263,8 +264,9 @@ void ViewList::placeObjects(const Scene& scene) {
                 placed, [&](const PlacedNode& one) { return one.node == node->second; });
             if (again)
                 throw Error(ErrorKind::kInput,
-                            "object " + std::to_string(object.id) + " is placed twice in one view",
-                            options_.file->string() + ", view " + view.name);
+                            "object " + std::to_string(object.id) + " has two poses in one view",
+                            options_.file->string() + ", view " + view.name,
+                            "remove one of the two poses");
             placed.push_back({node->second, object.to_world});
             ever_placed.insert(node->second);
         }
@@ -279,9 +281,10 @@ void ViewList::warnOfUnplaced(std::size_t objects) const {
     if (first == placed_.end()) return;
     ReadWarnings warnings(strict_, options_.file->string());
     warnings.warn(
-        "Objects that a view does not place keep their place in the scene (" +
+        "In " +
         countText(static_cast<std::uint64_t>(std::ranges::count_if(placed_, lacks)), "view") +
-        ", the first is " + listed_[static_cast<std::size_t>(first - placed_.begin())].name + ").");
+        " (the first is " + listed_[static_cast<std::size_t>(first - placed_.begin())].name +
+        "), some objects have no pose; they stay where the scene puts them.");
     tell(warnings);
 }
 

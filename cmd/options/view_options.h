@@ -26,7 +26,8 @@ inline constexpr Choice<Around> kArounds[] = {
     {"hemisphere", Around::kHemisphere, "evenly on the upper half"},
     {"orbit", Around::kOrbit, "on a circle"},
     {"turntable", Around::kTurntable,
-     "on a circle, as near as the whole turn allows, with margins of 5 %"},
+     "on a circle, at the smallest distance that shows the whole scene from every angle, with "
+     "margins of 5 %"},
     {"random", Around::kRandom, "at random on all sides, the same for the same --seed"},
 };
 

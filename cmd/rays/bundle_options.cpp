@@ -147,7 +147,8 @@ std::vector<glm::dvec3> readDirections(const std::filesystem::path& file) {
                         "write one direction per line: x y z");
         }
         if (directions.size() > kMostBundles)
-            throw Error(ErrorKind::kInput, "more than 1000000 directions", where);
+            throw Error(ErrorKind::kInput, "there are more than 1000000 directions", where,
+                        "split the file");
     }
     if (directions.empty())
         throw Error(ErrorKind::kInput, "the file contains no directions", file.string(),

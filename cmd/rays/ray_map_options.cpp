@@ -72,7 +72,7 @@ void addRayMapOptions(VerbOptions& verb, RayMapFlags& flags) {
     constexpr const char* kGroup = "Inside";
     const std::string help =
         "maps to write instead of hits, with one value per ray, separated by commas; a picture "
-        "takes one map, and #### in its name is the bundle's number:";
+        "shows only one map; #### in its name becomes the bundle's number:";
     verb.addRepeated(
             "--map", "NAMES", [&flags](const std::string& text) { takeMaps(text, flags.maps); },
             help)
@@ -83,10 +83,10 @@ void addRayMapOptions(VerbOptions& verb, RayMapFlags& flags) {
             [&flags](const std::string& text) {
                 flags.attenuation.push_back(parseAttenuation(text));
             },
-            "attenuation of X-rays per scene unit, for materials with this name (or glob, or "
-            "index); the share exp(-sum MU * length) is transmitted; may be repeated, the last "
-            "match counts (default for transmission: for all materials the value with which half "
-            "passes along the median path)")
+            "attenuation coefficient of X-rays per scene unit, for the materials with this name, "
+            "glob or index; a ray transmits exp(-sum of MU * length); may be repeated, the last "
+            "match wins (default for transmission: the same value for all materials, such that "
+            "the median path transmits half)")
         .group(kGroup);
     verb.addRepeated(
             "--part", "GLOB", [&flags](const std::string& text) { flags.parts.push_back(text); },

@@ -44,8 +44,8 @@ class BundleSink final : public Sink {
             output->take(bundle_, band);
     }
     void finish() override {}
-    /// Returns the memory of the outputs besides the band. The outputs process the band a few rows
-    /// at a time.
+    /// Returns the memory of the outputs, without the band. The outputs process a few rows of the
+    /// band at a time.
     SinkMemory memory(const Plan&) const override {
         SinkMemory all{.bytes = kBatchBytes * static_cast<std::uint64_t>(threadCount())};
         for (const auto& output : trace_.outputs) {

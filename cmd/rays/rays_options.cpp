@@ -169,8 +169,8 @@ nlohmann::json bundleJson(const Bundle& bundle) {
 /// needed because a ray enters a solid through a front face and leaves it through a back face.
 void checkFaces(const RaysOptions& options) {
     if (options.asksForInside() && options.chosenFaces() != Faces::kBoth)
-        refuse("finding the inside needs both faces of surfaces", "--faces",
-               "leave it out, or leave out --voxels, --parity and the maps of solids");
+        refuse("the inside of solids is found from both faces of surfaces", "--faces",
+               "leave --faces out; or leave --voxels, --parity and maps of solids out");
 }
 
 }  // namespace
@@ -197,8 +197,8 @@ void addRaysOptions(VerbOptions& verb, RaysOptions& options) {
             "--map: .exr, arrays, .png, .jpg or .tif; for --voxels: arrays or .vdb")
         .files(".npz .safetensors .ply .exr .png .jpg .tif .vdb");
     addFile(verb, "--points", "FILE", options.points,
-            "write only the nearest hits before and after each point, along every direction; the "
-            "file is a .ply, or a .npz with the array points (n, 3)")
+            "points to trace from: for each point and direction, write only the nearest hit before "
+            "and the nearest hit after the point; a .ply, or a .npz with the array points (n, 3)")
         .files(".ply .npz")
         .group("Output");
     verb.addFlag("--double", options.double_points,

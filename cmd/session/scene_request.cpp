@@ -203,7 +203,7 @@ nlohmann::json appearanceSettings(const AppearanceOptions& appearance, const Sce
 
 void checkAnimationOptions(const AnimationOptions& options) {
     if (options.time && options.frames) {
-        throw Error(ErrorKind::kUsage, "frames already have times", "--time, --frames",
+        throw Error(ErrorKind::kUsage, "every frame already has its own time", "--time, --frames",
                     "leave one of them out");
     }
     if (options.fps && !options.frames && !options.time) {

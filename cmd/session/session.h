@@ -23,9 +23,10 @@ using SharedScene = std::shared_ptr<const OpenedScene>;
 /// Throws Error (kUsage) if a GL device is chosen for an engine that does not use GL.
 void checkEngine(RayEngine engine, const gl::ContextRequest& device);
 
-/// A cache of scenes and contexts for successive runs. A run with an equal request uses the same
-/// scene, which is still uploaded, unless the file has changed or was written just before it was
-/// read. A Session must be used by only one thread, on which its contexts are current.
+/// A cache of scenes and GL contexts for successive runs. A run whose request equals an earlier one
+/// reuses the scene and its uploads. It reads the scene again if a file of the scene has changed,
+/// or was written less than 100 ms before it was read. A Session must be used by only one thread,
+/// on which its contexts are current.
 class Session {
   public:
     /// `keep` is the maximum number of bytes, in scenes and their uploads, to keep between runs; 0

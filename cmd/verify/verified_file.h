@@ -17,9 +17,9 @@ namespace peeler::cmd {
 /// The kind of a file, which determines the checks.
 enum class VerifiedKind {
     kUnknown,  ///< the file cannot be opened
-    kForeign,  ///< not written by peeler; check: the chunks decode
-    kFlat,     ///< written by peeler, without layers: all chunks are present and decode
-    kLayered,  ///< written by peeler, with layers; the file gets all checks
+    kForeign,  ///< not written by peeler: all chunks must decode
+    kFlat,     ///< written by peeler, without layers: all chunks must be present and decode
+    kLayered,  ///< written by peeler, with layers: the file must pass all checks
 };
 
 /// The result of the checks, ordered from best to worst.

@@ -249,7 +249,7 @@ void Dispatcher::take(Client& client, const std::string& line) {
             // unfinished job.
             sendTo(client, failedLine(nullptr, Error(ErrorKind::kUsage,
                                                      "a job with this id has not finished yet",
-                                                     dumpJson(request.id), "choose another")));
+                                                     dumpJson(request.id), "choose another id")));
             return;
         }
         waiting_.push_back({&client, line + '\n', request.id,

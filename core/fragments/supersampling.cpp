@@ -85,9 +85,9 @@ void RowMerger::collect(std::size_t pixel) {
     });
 }
 
-/// Whether an entry belongs to the group. This requires that no member of the group has, in its own
-/// sample, a fragment of the same surface that is nearer in Z to the entry than the member is. The
-/// condition matters if a surface covers the pixel more than once (front and back of a ball,
+/// Whether an entry may join the group. An entry may not join if the sample of any member has
+/// another fragment of the member's surface that is nearer in Z to the entry than the member. Such
+/// a fragment exists only if a surface covers the pixel more than once (front and back of a ball,
 /// folds).
 bool RowMerger::fits(const Group& group, const Entry& entry) const {
     for (const int member : group.members) {

@@ -14,9 +14,9 @@
 
 namespace peeler {
 
-/// Returns the name of an array. This is the name of the channel that has the same components. If
-/// no channel has them, it is the prefix of the components up to the last dot or, without a prefix,
-/// the name of the first component.
+/// Returns the name of an array: the name of the Channel with the same components, if there is one.
+/// Otherwise it is the first component's name; if the array has several components, only the part
+/// before the last dot.
 std::string nameOf(const FragmentArray& array);
 
 /// Returns an empty array (no fragments) for a channel. `color_type` is the pixel type of colours.

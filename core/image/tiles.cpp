@@ -13,6 +13,9 @@ namespace {
 
 constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
 
+constexpr const char* kTooManyFragments = "a band of rows has more than 2^32 fragments";
+constexpr const char* kFewerFragments = "render a smaller picture, or fewer layers";
+
 bool sameBytes(const FragmentArray& a, std::size_t first_a, const FragmentArray& b,
                std::size_t first_b, std::size_t count) {
     return std::memcmp(a.data.data() + first_a * a.stride(), b.data.data() + first_b * b.stride(),
@@ -135,7 +138,7 @@ std::optional<Window> joinTiles(std::span<const LayeredImage> tiles, const Windo
             const std::size_t first = tile.offsets[pixel];
             const std::size_t count = tile.offsets[pixel + end - begin] - first;
             if (out.fragments() + count > std::numeric_limits<std::uint32_t>::max()) {
-                throw Error(ErrorKind::kMemory, "a band has more than 2^32 fragments");
+                throw Error(ErrorKind::kMemory, kTooManyFragments, "", kFewerFragments);
             }
             // This is unsigned arithmetic: `base` may wrap around below 0, and the sums below wrap
             // back.
@@ -184,7 +187,7 @@ void mergeByDepth(std::span<const LayeredImage> elements, const Window& window,
                     append(element.extra[i], fragment, 1, out.extra[i]);
             }
             if (out.fragments() > std::numeric_limits<std::uint32_t>::max())
-                throw Error(ErrorKind::kMemory, "a band has more than 2^32 fragments");
+                throw Error(ErrorKind::kMemory, kTooManyFragments, "", kFewerFragments);
             out.offsets.push_back(static_cast<std::uint32_t>(out.fragments()));
         }
     }

@@ -264,7 +264,7 @@ class FacePairs {
     std::vector<glm::dvec3> polygon_, scratch_;
 };
 
-/// Collects pairs, and keeps the first kPairsAtOnce in order.
+/// A collection of pairs that keeps only the first kPairsAtOnce in sorted order.
 class FirstPairs {
   public:
     /// Adds the pairs and clears `pairs`.

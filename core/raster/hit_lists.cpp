@@ -41,7 +41,7 @@ constexpr double kNoHit = std::numeric_limits<double>::max();
 
 std::uint64_t countHits(const SpanStore& store, std::size_t row, std::span<std::uint32_t> counts) {
     std::fill(counts.begin(), counts.end(), 0U);
-    std::uint32_t beyond = 0;  // receives the decrements of spans that end with the row
+    std::uint32_t beyond = 0;  // dummy target for spans that end at the row's end
     const std::size_t width = counts.size();
     store.forEachSpan(row, [&](std::span<const Span> spans) {
         for (const Span& span : spans) {

@@ -47,7 +47,7 @@ void checkHitSettings(const View& view, const CaptureSettings& settings) {
     if (settings.hit_mode == HitMode::kNone || settings.composite || settings.samples > 1 ||
         settings.max_layers != 0 || settings.occlusion_ratio > 0 || settings.clip.active() ||
         settings.opaque_only || settings.surfaces != Surfaces::kAll) {
-        throw Error(ErrorKind::kInternal, "rays always have all hits, unchanged");
+        throw Error(ErrorKind::kInternal, "the ray tracer does not support these capture settings");
     }
     checkSurfaceChannels(settings.channels);
     if (view.crop.width() <= kMostSide && view.crop.height() <= kMostSide) return;

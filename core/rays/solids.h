@@ -220,7 +220,7 @@ class Parity {
     bool holds() const { return odd_rays_ == 0; }
 
   private:
-    /// A thread's storage, and its results for some rows.
+    /// The storage of a thread, and the results of the rows that it processed.
     struct Scratch {
         SolidSpans spans;
         SparseSet<SolidParity> found;

@@ -125,7 +125,7 @@ const Tables& tables(bool srgb) {
     return srgb ? srgb_tables : linear_tables;
 }
 
-// Added to round; std::lround would cost more than the rest of a level.
+// Adding 0.5 and truncating rounds; std::lround would take longer than the rest of a level.
 constexpr float kHalf = 0.5F;
 
 /// Up to three source texels of one destination texel, with weights that add up to 1.

@@ -18,7 +18,7 @@ enum class Around : std::uint8_t {
     kSphere,      ///< evenly in all directions (a spherical Fibonacci lattice)
     kHemisphere,  ///< evenly over the upper half
     kOrbit,       ///< on a horizontal circle
-    kTurntable,   ///< on a horizontal circle, as near as the whole turn allows
+    kTurntable,   ///< on a horizontal circle, at the smallest possible distance
     kRandom,      ///< randomly in all directions
 };
 

@@ -11,7 +11,7 @@ namespace {
 
 std::vector<glm::dvec3> positionsIn(const NumberArray& points, const std::string& where) {
     if (points.shape[0] > kMostPoints)
-        throw Error(ErrorKind::kInput, "too many points to read at once", where);
+        throw Error(ErrorKind::kInput, kTooManyPoints, where, kFewerPoints);
     std::vector<glm::dvec3> positions(points.shape[0]);
     for (std::uint64_t i = 0; i < positions.size(); ++i)
         for (int axis = 0; axis < 3; ++axis)
@@ -42,7 +42,7 @@ std::vector<glm::dvec3> npzPoints(std::span<const std::uint8_t> file, const std:
         const std::string inside = archive.placeOf(member);
         if (member.size > kMostMember) {
             if (!named) continue;
-            throw Error(ErrorKind::kInput, "too many points to read at once", inside);
+            throw Error(ErrorKind::kInput, kTooManyPoints, inside, kFewerPoints);
         }
         // Memory for the member's bytes, and for its points as doubles, which take at most twice as
         // many bytes.

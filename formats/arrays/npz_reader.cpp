@@ -149,7 +149,7 @@ ByteSpan NpzArchive::contents(const Member& member, std::vector<std::uint8_t>& s
         bytes = storage;
     } else {
         throw Error(ErrorKind::kInput, "the array is compressed by a method other than DEFLATE",
-                    where);
+                    where, "write it again with numpy.savez or numpy.savez_compressed");
     }
     if (libdeflate_crc32(0, bytes.data(), bytes.size()) != member.crc)
         damaged("a checksum does not match", where);

@@ -50,7 +50,7 @@ std::vector<glm::dvec3> plyPoints(std::span<const std::uint8_t> file, const std:
             // Check before allocating anything.
             if (element.rows > numbers->most(element)) failPlyEndsEarly();
             if (is_vertex && element.rows > kMostPoints)
-                throw Error(ErrorKind::kInput, "too many points to read at once");
+                throw Error(ErrorKind::kInput, kTooManyPoints, "", kFewerPoints);
             if (is_vertex) {
                 allow(element.rows * sizeof(glm::dvec3));
                 points.resize(element.rows);

@@ -17,6 +17,9 @@ namespace peeler {
 
 /// The maximum number of points accepted from a file.
 inline constexpr std::uint64_t kMostPoints = std::uint64_t{1} << 28;
+/// The message and hint for files with more points.
+inline constexpr const char* kTooManyPoints = "there are more than the allowed 2^28 points";
+inline constexpr const char* kFewerPoints = "split the file";
 
 /// Returns the points of a PLY file or a .npz, with their coordinates as stored. The first bytes of
 /// the file decide its format. Holds the whole file, at most 8 GiB, in memory. Throws Error

@@ -61,7 +61,8 @@ const glm::dmat4& checkedPose(const glm::dmat4& matrix, const std::string& where
     constexpr double kMost = 1e-4;
     if (distanceFromRigid(matrix) < kMost) return matrix;
     refuseCamera("the pose is not a rotation and a translation", where,
-                 "apply a scale to the scene; for a mirrored axis, give another convention");
+                 "scale the scene instead of the pose; if an axis is mirrored, give another " +
+                     Parameter::kConvention);
 }
 
 glm::dmat4 rigidInverse(const glm::dmat4& matrix) {
@@ -73,8 +74,8 @@ glm::dmat4 rigidInverse(const glm::dmat4& matrix) {
 
 glm::dmat4 poseOfOpencv(const glm::dmat4& world_to_camera, const std::string& where) {
     glm::dmat4 turn = glm::dmat4(glm::dmat3(checkedPose(world_to_camera, where)));
-    // The rows are the camera's axes in the world, and the eye's position follows from them. So
-    // make the rows rigid; making the columns rigid would change the position.
+    // Make the rows orthonormal, not the columns: the rows are the camera's axes in world space,
+    // and the eye's position is computed from them.
     if (!(distanceFromRigid(turn) < kRigidByRounding))
         turn = glm::transpose(rigid(glm::transpose(turn)).value_or(turn));
     turn[3] = world_to_camera[3];

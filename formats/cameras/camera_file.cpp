@@ -25,8 +25,8 @@ constexpr CameraConventionInfo kConventions[] = {
     {"opencv", "world to camera; the camera looks along +Z, +Y down"},
     {"opengl", "camera to world; the camera looks along -Z, +Y up"},
     {"blender",
-     "like opengl, but turns a world with +Z up to +Y up; if the file format defines the axes of a "
-     "camera, only the world is turned"},
+     "for a world with +Z up, which is turned to +Y up; the camera's axes are those of the file "
+     "format or, if it defines none, those of opengl"},
 };
 
 std::string_view nameOf(CameraConvention convention) {

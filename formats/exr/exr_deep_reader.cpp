@@ -164,10 +164,9 @@ std::vector<std::size_t> ExrDeepReader::findOthers(std::size_t main) const {
         for (const ExrInputChannel& channel : part.channels)
             joins = joins && (isDepth(channel.name) || !known.contains(channel.name));
         if (!joins && info_.is_peeler) {
-            throw Error(
-                ErrorKind::kInput,
-                "the part differs from the first one in its pixels or view, or repeats a channel",
-                input_.where(index), "render it again");
+            throw Error(ErrorKind::kInput,
+                        "the part and the first part differ in window or view, or share a channel",
+                        input_.where(index), "render it again");
         }
         if (!joins) continue;
         for (const ExrInputChannel& channel : part.channels)
@@ -189,7 +188,7 @@ void ExrDeepReader::count(std::size_t block, CountedBlock& out) const {
     input_.readDeepBlock(main, block, true, out.main);
     if (std::ranges::any_of(out.main.counts, [](std::uint32_t n) { return n > kMostSamples; })) {
         throw Error(ErrorKind::kInput, "a pixel has more than 65536 samples", input_.where(main),
-                    "merge samples first");
+                    "write it again with fewer samples per pixel");
     }
     out.different.clear();
     for (const Part& part : parts_) {
@@ -379,7 +378,7 @@ void ExrDeepReader::scatter(const ExrDeepBlock& block, const Part& part, Layered
                 if (offsets[x + 1] - offsets[x] != counts[left + x]) {
                     throw Error(ErrorKind::kInput,
                                 "the sample counts have changed since the file was opened",
-                                input_.where(part.index), "read it again");
+                                input_.where(part.index), "run the command again");
                 }
             }
             samples += end - begin;

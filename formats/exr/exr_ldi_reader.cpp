@@ -144,8 +144,9 @@ void ExrLdiReader::checkLayers() const {
     for (const Source& source : sources_) {
         const ExrInputPart& part = info_.parts[source.part];
         if (part.deep())
-            throw Error(ErrorKind::kInput, "a layer is of type " + part.type + ", which is deep",
-                        input_.where(source.part), "give its part another name");
+            throw Error(ErrorKind::kInput,
+                        "a part with the name of a layer is deep (" + part.type + ")",
+                        input_.where(source.part), "rename the part");
         for (std::size_t c = 0; c < first_extra_; ++c) {
             const ExrInputChannel* channel = part.channel(storedName(source, channels_, c));
             if (channel ? channel->type != PixelType::kUint : flat_) continue;

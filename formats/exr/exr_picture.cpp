@@ -263,7 +263,7 @@ ExrPicture choosePicture(OpenedExr& opened) {
         std::erase_if(pictures, [&](const ExrPicture& p) { return !isColored(p); });
     if (pictures.empty() && !info.deep.empty())
         throw Error(ErrorKind::kInput, "no deep part has a half or float channel Z", path,
-                    "samples without a depth have no order");
+                    "write the depth of each sample into a channel Z");
     if (pictures.empty())
         throw Error(ErrorKind::kInput,
                     "the file has neither layers nor a picture: no part has R, G, B or Y", path,

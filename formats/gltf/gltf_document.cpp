@@ -240,7 +240,7 @@ void decompressViews(GltfDocument& document, const json& views, const json& buff
             }
         }
         if (document.buffers[buffer].empty()) throw problem.error;
-        document.warn("The uncompressed fallback replaces the data of " +
+        document.warn("The uncompressed fallback is used because of an error at " +
                       problem.error.whereText() + ": " + problem.error.whatText() + ".");
     }
 }

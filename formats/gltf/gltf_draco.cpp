@@ -288,8 +288,8 @@ class DracoReader {
         if (job.problem) {
             std::string why = job.problem->what();
             if (why.ends_with('.')) why.pop_back();  // libdraco's messages may end in a dot
-            document_.warn("The uncompressed fallback replaces the data of " + job.where + ": " +
-                           why + ".");
+            document_.warn("The uncompressed fallback is used because of an error at " + job.where +
+                           ": " + why + ".");
             return;
         }
         for (const auto& [name, index] : job.accessors)

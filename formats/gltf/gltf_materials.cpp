@@ -266,8 +266,8 @@ class MaterialReader {
             if (i >= count || stand_ins[i] < 0)
                 missing(where, problem->whatText(), problem->hintText());
             else
-                document_.warn("The fallback replaces the image " + where + ": " +
-                               problem->whatText() + ".");
+                document_.warn("The fallback image is used because the image " + where +
+                               " cannot be read: " + problem->whatText() + ".");
         }
         for (std::size_t i = 0; i < count; ++i)
             if (stand_ins[i] >= 0) place[i] = place[static_cast<std::size_t>(stand_ins[i])];
@@ -286,8 +286,8 @@ class MaterialReader {
         const std::optional<bool> stored = decoded_[used].texture.srgb;
         if (stored && *stored != srgb)
             document_.warn("The image " + pointerOf(used) + " is marked as " +
-                           (*stored ? "sRGB" : "linear") + ", but a material uses it as " +
-                           (srgb ? "sRGB" : "linear") + ".");
+                           (*stored ? "sRGB" : "linear") + ", but is read as " +
+                           (srgb ? "sRGB" : "linear") + ", as its use in a material requires.");
     }
 
     std::string pointerOf(std::size_t used) const {

@@ -140,7 +140,7 @@ class NodeReader {
         if (instancing == extensions.end() || node.mesh < 0) return;
         if (node.skin >= 0)
             document_.warn("The instances " + where +
-                           " are ignored, because the joints of their skinned mesh place it; the "
+                           " are ignored, because joints place the skinned mesh; the "
                            "mesh is shown once.");
         else
             node.instances =

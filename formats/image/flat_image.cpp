@@ -36,7 +36,7 @@ void checkExrFile(const std::string& path) {
 struct Plugin {
     FileKind kind;
     const char* name;  ///< name in OpenImageIO
-    /// Removes unneeded metadata about which decoders complain on stderr.
+    /// Removes metadata that is not needed and makes decoders print warnings on stderr.
     ReducedImage (*reduce)(std::span<const std::uint8_t>);
     void (*check)(const std::string& path) = nullptr;  ///< checks the file; throws Error (kInput)
 };

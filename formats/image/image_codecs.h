@@ -32,10 +32,10 @@ std::unique_ptr<ImageEncoder> pngEncoder();
 std::uint64_t pngEncoderBytes(std::uint64_t picture);
 
 /// Returns a decoder of grey, colour and CMYK pictures. It converts CMYK to RGB. Only read()
-/// allocates pixel memory. Returns null for files that only the module of image_library.h can
-/// decode: files with unusual subsampling or damaged headers, and files without `bytes`, whose
-/// description may be in Exif. The module also decodes files with damaged pixels; they get a note
-/// when they are read. Throws std::bad_alloc.
+/// allocates pixel memory. Returns null for files that need the module of image_library.h: files
+/// with unusual subsampling or damaged headers, and all files if `bytes` is empty, because their
+/// description may be in Exif. If pixels turn out to be damaged, read() decodes them with that
+/// module and adds a note. Throws std::bad_alloc.
 std::unique_ptr<ImageDecoder> jpegDecoder(const std::string& path,
                                           std::span<const std::uint8_t> bytes);
 

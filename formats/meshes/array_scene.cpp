@@ -40,7 +40,8 @@ class ArraySceneReader {
             if (unused != "format")  // PyTorch and other libraries store their name there
                 file_.warn("\"" + unused + "\" is ignored.", arrays_.placeOf(unused));
         Mesh mesh;
-        // A primitive without indices would draw all vertices in order.
+        // If all faces were dropped, leave the primitive out: without indices, it would draw all
+        // vertices in order.
         if (!has_faces_ || !primitive_.indices.empty())
             mesh.primitives.push_back(std::move(primitive_));
         file_.addNode(name, std::move(mesh));

@@ -32,7 +32,8 @@ void CornerIndex::reserve(std::size_t keys) {
 
 void CornerIndex::growTo(std::size_t size) {
     size = std::max(size, std::size_t{64});
-    if (size / 2 >= kNone) throw Error(ErrorKind::kInput, "there are more than 2^31 vertices");
+    if (size / 2 >= kNone)
+        throw Error(ErrorKind::kInput, "there are more than 2^31 vertices", "", "split the scene");
     allow_(size * sizeof(std::uint32_t) + size / 2 * sizeof(Key));
     std::vector<std::uint32_t>(size, kNone).swap(slots_);
     mask_ = size - 1;

@@ -145,9 +145,11 @@ class ObjReader {
         if (count < 3) fail("a vertex has fewer than three coordinates");
         add(positions_, glm::vec3(found[0], found[1], found[2]));
         if (count == 5 || count > 6)
-            file_.warn("A vertex has " + std::to_string(count) +
-                           " numbers, not 3 (coordinates), 4 (with a weight) or 6 (with a colour).",
-                       where());
+            file_.warn(
+                "A vertex has " + std::to_string(count) +
+                    " numbers instead of 3 (x y z), 4 (x y z w) or 6 (x y z r g b); the surplus "
+                    "numbers are ignored.",
+                where());
         if (count < 6) return;  // a fourth number is a weight for curves
         const glm::vec4 color(found[3], found[4], found[5], 1);
         addColors(positions_.size() - 1, {&color, 1});

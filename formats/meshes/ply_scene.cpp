@@ -255,7 +255,7 @@ class PlyReader {
                 for (const PlyField* const property : meant[i])
                     if (property)
                         file_.warn("Vertices have " + property->name + ", but not all of " +
-                                   kMeanings[i].names + ": it is left out.");
+                                   kMeanings[i].names + ": " + property->name + " is left out.");
         std::string splats;
         for (const char* name : {"f_dc_0", "opacity", "scale_0", "rot_0"})
             if (propertyNamed(element, name))

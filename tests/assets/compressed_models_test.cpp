@@ -100,8 +100,8 @@ struct Pair {
     int bits;  ///< bits per coordinate; their range is a mesh's longest side
 };
 
-// The bits are the settings of the tools that made the files: 11 by gltf-pipeline (Draco), 14 and
-// 16 by gltfpack and in the quantised variants.
+// The bits are the quantisation settings of the tools: 11 for gltf-pipeline (Draco), 14 and 16 for
+// gltfpack and for the quantised variants.
 const Pair kPairs[] = {
     {"BoxDraco", "Box/glTF/Box.gltf", "Box/glTF-Draco/Box.gltf", 11},
     {"DuckDraco", "Duck/glTF/Duck.gltf", "Duck/glTF-Draco/Duck.gltf", 11},

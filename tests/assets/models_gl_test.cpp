@@ -38,7 +38,8 @@ void compareComposites(GlRenderer& renderer, const View& view, const CaptureSett
         for (std::size_t p = 0; p < wanted.rgba.size(); ++p) {
             ASSERT_EQ(wanted.z[p], shown.z[p]) << method.name;
             for (std::size_t c = 0; c < 4; ++c) {
-                // Halves have a relative error, so the tolerance grows with the brightness.
+                // The rounding error of half floats is relative, so the tolerance grows with the
+                // brightness.
                 const float scale = std::max(1.0F, std::abs(wanted.rgba[p][c]));
                 worst = std::max(worst, std::abs(wanted.rgba[p][c] - shown.rgba[p][c]) / scale);
             }

@@ -21,8 +21,8 @@ namespace {
 /// Shares of points whose next hit is as far as Embree's, within an error relative to the scene's
 /// size.
 struct AgreeingShares {
-    double coarse = 0;  ///< share with an error of at most 1e-3
-    double fine = 0;    ///< share with an error of at most 1e-6
+    double coarse = 0;  ///< share of points with an error of at most 1e-3
+    double fine = 0;    ///< share of points with an error of at most 1e-6
 };
 
 AgreeingShares agreement(const std::filesystem::path& file, int resolution, unsigned seed) {

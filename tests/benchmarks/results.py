@@ -158,7 +158,7 @@ NUMBERS = (
            {"what": "writing the layered file", "scene": "spheres", "size": HD, "theirs": "same windows"}, ""),
     Number("flattening a deep file of 100 spheres", "side-by-side",
            {"what": "flatten of a deep file", "scene": "large-spheres", "size": HD}, ""),
-    Number("4.7 million hits of parallel rays, sorted, by the CPU; processor time", "hits",
+    Number("4.7 million sorted hits of parallel rays, on the CPU; processor time", "hits",
            {"what": "all hits of a bundle, sorted, processor time", "scene": "soup-192k"}, ""),
     Number("occlusion at the vertices of 2CylinderEngine, 1,024 directions; processor time", "hits",
            {"what": "ambient occlusion at vertices, processor time", "scene": "2CylinderEngine"}, ""),

@@ -145,7 +145,7 @@ TEST_F(HoldoutVerb, RefusesMattesThatDoNotFit) {
     };
     const Outcome nothing = outcome({});
     EXPECT_EQ(nothing.exit_code, 2);
-    EXPECT_TRUE(contains(nothing.err, "nothing to hold the picture out by: --by")) << nothing.err;
+    EXPECT_TRUE(contains(nothing.err, "no matte is given: --by")) << nothing.err;
     const Outcome size = outcome({"--by", at("small.exr")});
     EXPECT_EQ(size.exit_code, 2);
     EXPECT_TRUE(contains(size.err, "the matte has another size")) << size.err;

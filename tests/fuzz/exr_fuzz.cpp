@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fuzz target for OpenEXR files of any kind, read in every way that a command reads them.
+// Fuzz target: reads an OpenEXR file in every way that the commands do.
 #include <peeler/camera_choice.h>
 #include <peeler/composite.h>
 #include "cmd/verify/verified_file.h"

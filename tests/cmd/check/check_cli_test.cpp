@@ -268,7 +268,7 @@ TEST_F(CheckVerb, AnStlWithNoiseIsWelded) {
     EXPECT_EQ(json(stl, 3, {"--unit", "m", "--weld", "0.02"}).at("parts")[0].at("closed"), false);
     EXPECT_EQ(json(stl, 0, {"--unit", "m", "--weld", "20"}).at("parts")[0].at("closed"), true);
     EXPECT_EQ(check(stl, {"--weld", "-1"}).exit_code, 2);
-    // A closed part stays as it is.
+    // Closed parts are not welded.
     const std::string closed = write({cube()});
     EXPECT_EQ(json(closed, 0, {"--weld", "5000"}).at("parts")[0].at("weldedPoints"), 0);
     EXPECT_FALSE(contains(check(closed).out, "welded"));

@@ -203,8 +203,9 @@ TEST(Progress, OnePlainLineForEveryTenth) {
     EXPECT_EQ(lines(streams.err.str()).back(), "peeler: render 100 %");
 }
 
-/// A stage whose second half takes nine times as long as its first: after the slow rate is known,
-/// the bar's estimate is exact; the mean rate alone would say less.
+/// A stage whose second half takes nine times as long as its first half. Once the slow rate is
+/// known, the estimate of the time left is exact. An estimate from the mean rate would be too
+/// small.
 TEST(Progress, TheTimeLeftFollowsTheLatestRate) {
     Streams streams;
     Console console(streams.out, streams.err, true);

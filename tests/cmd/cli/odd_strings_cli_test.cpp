@@ -38,7 +38,8 @@ class OddStrings : public testing::Test {
   protected:
     std::string at(const std::string& name) const { return (scratch_ / name).string(); }
 
-    /// Runs peeler, which must end without an internal error and print only tame messages.
+    /// Runs peeler, which must end without an internal error and print only messages that pass
+    /// isTame().
     Outcome run(const std::vector<std::string>& arguments) const {
         const Outcome result = runPeeler(arguments);
         EXPECT_NE(result.exit_code, 1) << arguments[0] << ": " << result.err;

@@ -138,7 +138,7 @@ TEST_F(MergeCommand, IncompleteTilesAddUpUnlessTheyOverlap) {
     EXPECT_EQ(bytesOf(path("merged.exr")), bytesOf(write("whole.exr", whole)));
     const Outcome result = merge({a, c});
     EXPECT_EQ(result.exit_code, 3);
-    EXPECT_NE(result.err.find("tiles overlap and lack fragments"), std::string::npos);
+    EXPECT_NE(result.err.find("tiles overlap and do not have all layers"), std::string::npos);
 }
 
 TEST_F(MergeCommand, OptionsThatDoNotSuitWhatTheTilesAre) {

@@ -156,7 +156,7 @@ TEST_F(FileSequence, RefusesNamesThatDoNotFit) {
     refused({"flatten", at("v@@@@.0001.exr"), "-o", at("f@.png"), "--frames", "1"}, 2,
             "the input has no frames");
     refused({"compare", at("a.####.exr"), at("a.0001.exr"), "--skip-existing"}, 2,
-            "no file is written that could be skipped");
+            "this run writes no files to skip");
     // A file of this very name is one file.
     fs::copy_file(at("a.0001.exr"), at("c.####.exr"));
     ok({"flatten", at("c.####.exr"), "-o", at("f.png")});

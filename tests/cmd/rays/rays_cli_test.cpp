@@ -369,7 +369,7 @@ TEST_P(RaysCli, WithoutAttenuationTheMedianPathIsHalfTransparent) {
     EXPECT_NEAR(report.at("medianPath").get<double>(), 10, 1e-5);
     EXPECT_NEAR(report.at("attenuation").get<double>(), std::log(2) / 10, 1e-8);
     EXPECT_NEAR(report.at("maps")[0].at("channels")[0].at("least").get<double>(), 0.125, 1e-6);
-    // The unit that was assumed is named once.
+    // The message about the assumed unit appears only once.
     const std::string unit = "has no unit, so 1 counts as 1 m; for millimetres, add --unit mm";
     EXPECT_NE(found.err.find(unit), std::string::npos) << found.err;
     EXPECT_EQ(found.err.find(unit), found.err.rfind(unit));

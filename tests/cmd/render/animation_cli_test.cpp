@@ -149,7 +149,7 @@ TEST(Frames, RefusesWhatContradictsItself) {
         const char* words;
     } rows[] = {
         {"a.exr", {"--frames", "1-2"}, "same file name"},
-        {"a.#.exr", {"--frames", "1-2", "--time", "1"}, "frames already have times"},
+        {"a.#.exr", {"--frames", "1-2", "--time", "1"}, "every frame already has its own time"},
         {"a.exr", {"--fps", "25"}, "a frame rate needs frames"},
         {"a.#.exr", {"--frames", "1-"}, "--frames 1-"},
         {"a.#.exr", {"--frames", "1", "--fps", "0"}, "--fps 0"},

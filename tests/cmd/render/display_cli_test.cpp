@@ -151,8 +151,8 @@ TEST_F(ForEyes, LayersOfLampsAreMeteredFromTheFile) {
     const Json page =
         Json::parse(peeler({"view", scratch_ / "a.exr", "-o", scratch_ / "a.html", "--json"}).out);
     EXPECT_EQ(page["exposure"], flat["exposure"]);
-    // The exposure stays 0 if no light exceeds the displayable range, and for crops, which are
-    // never metered.
+    // The exposure stays 0 if no light exceeds the displayable range. It also stays 0 for crops,
+    // which are never metered.
     peeler({"render", glasses_.string(), "-o", scratch_ / "g.exr", "--size", "32x18"});
     EXPECT_EQ(
         Json::parse(peeler({"flatten", scratch_ / "g.exr", "-o", scratch_ / "g.png", "--json"})

@@ -173,7 +173,7 @@ TEST(PictureArrays, CompositesAreReadAsPixels) {
     EXPECT_EQ(stored.z, expected.z);
     EXPECT_TRUE(isLoneComposite(OpenedPicture(path).info()));
     EXPECT_THROW(openLayered(path), Error);
-    // A .npz file with a composite has only its arrays, and its size is forecast exactly, too.
+    // A .npz of a composite contains only the arrays. Its size is forecast exactly, too.
     const std::string npz = scratch / "a.npz";
     writePicture(*makeSink(npz, options), picture);
     EXPECT_EQ(forecastPicture(npz, picture.plan, options).bytes, std::filesystem::file_size(npz));

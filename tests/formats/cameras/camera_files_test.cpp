@@ -91,7 +91,7 @@ TEST(CameraFiles, OneCameraOfEveryFormat) {
     std::string one_line = with_k;
     std::erase(one_line, '\n');
     expectKnown(only(put(scratch / "k.jsonl", one_line)), "K");
-    // In a world with +Z up, the default up direction is that +Z, which is our +Y.
+    // The file's world has +Z up, so the default up direction is +Z, which becomes +Y in the scene.
     const std::string level = lineText(R"("eye": [4, 0, 0], "target": [0, 0, 0])");
     const FileCamera upright = only(put(scratch / "u.jsonl", level), blender);
     EXPECT_EQ(glm::dvec3(upright.camera_to_world[1]), glm::dvec3(0, 1, 0));

@@ -235,7 +235,7 @@ TEST(GltfDraco, GoesBeforeTheFallbackUnlessItIsDamaged) {
     with_fallback.gltf["accessors"][0]["count"] = with_fallback.gltf["accessors"][3]["count"] = 3;
     const Scene scene = load(with_fallback);
     EXPECT_EQ(scene.meshes[0].primitives[0].positions[0], glm::vec3(0, 0, 9));
-    EXPECT_TRUE(warned(scene, "The uncompressed fallback replaces"));
+    EXPECT_TRUE(warned(scene, "The uncompressed fallback is used"));
     GltfOptions strict;
     strict.strict = true;
     EXPECT_EQ(errorOf(with_fallback, strict).where(), where);

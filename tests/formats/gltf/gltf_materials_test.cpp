@@ -269,7 +269,7 @@ TEST(GltfTextures, MayBeKtx2) {
     other.gltf["textures"][0] = {{"source", 1},
                                  {"extensions", {{"KHR_texture_basisu", {{"source", 0}}}}}};
     EXPECT_EQ(load(other).images.at(0).rgba, (Bytes{1, 2, 3, 255}));
-    EXPECT_TRUE(warned(load(other), "The fallback replaces the image /images/0"));
+    EXPECT_TRUE(warned(load(other), "The fallback image is used because the image /images/0"));
 }
 
 TEST(GltfTextures, OfKtx2AreWarnedOfWhatContradictsTheScene) {
@@ -285,10 +285,12 @@ TEST(GltfTextures, OfKtx2AreWarnedOfWhatContradictsTheScene) {
     const Scene scene = load(builder);
     EXPECT_EQ(scene.images.size(), 3U);
     EXPECT_EQ(scene.warnings.size(), 3U);
-    EXPECT_TRUE(
-        warned(scene, "The image /images/0 is marked as linear, but a material uses it as sRGB."));
-    EXPECT_TRUE(
-        warned(scene, "The image /images/1 is marked as sRGB, but a material uses it as linear."));
+    EXPECT_TRUE(warned(scene,
+                       "The image /images/0 is marked as linear, but is read as sRGB, as its use "
+                       "in a material requires."));
+    EXPECT_TRUE(warned(scene,
+                       "The image /images/1 is marked as sRGB, but is read as linear, as its use "
+                       "in a material requires."));
     EXPECT_TRUE(warned(scene, "The image /images/2: its orientation (KTXorientation)"));
 }
 
@@ -306,7 +308,7 @@ TEST(GltfTextures, FallBackWhereTheWebpImageIsMissing) {
     EXPECT_EQ(shown(scene.materials[0].normal_texture), (Bytes{1, 2, 3, 255}));
     EXPECT_EQ(shown(scene.materials[0].occlusion_texture), (Bytes{4, 5, 6, 255}));
     EXPECT_EQ(scene.images.size(), 2U);
-    EXPECT_TRUE(warned(scene, "The fallback replaces the image /images/2"));
+    EXPECT_TRUE(warned(scene, "The fallback image is used because the image /images/2"));
     GltfOptions strict;
     strict.strict = true;
     EXPECT_EQ(errorOf(builder, strict).where(), "/images/2");

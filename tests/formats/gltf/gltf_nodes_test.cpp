@@ -173,7 +173,7 @@ TEST(GltfInstances, OfASkinnedMeshAreLeftOut) {
         {"EXT_mesh_gpu_instancing", {{"attributes", {{"TRANSLATION", places}}}}}};
     const Scene scene = load(builder);
     EXPECT_FALSE(scene.nodes[0].instances);
-    EXPECT_TRUE(warned(scene, "their skinned mesh"));
+    EXPECT_TRUE(warned(scene, "joints place the skinned mesh"));
 }
 
 TEST(GltfNodes, CanBeHidden) {

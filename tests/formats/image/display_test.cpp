@@ -180,7 +180,7 @@ TEST(Metering, AimsHalfwayBetweenMiddleGreyAndHighlights) {
     pixels.insert(pixels.end(), 10, {10, 10, 10, 1});
     const double mean = 0.9 * std::log2(0.1) + 0.1 * std::log2(10);
     EXPECT_NEAR(metered(pixels), (std::log2(0.18) - mean - std::log2(10)) / 2, 0.06);
-    // A few sparks hardly change the exposure.
+    // A few very bright pixels hardly change the exposure.
     std::vector<Rgba> sparks(990, {0.18F, 0.18F, 0.18F, 1});
     sparks.insert(sparks.end(), 10, {1e6F, 1e6F, 1e6F, 1});
     EXPECT_NEAR(metered(sparks), metered(std::vector<Rgba>(10, {0.18F, 0.18F, 0.18F, 1})), 0.15);

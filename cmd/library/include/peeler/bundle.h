@@ -56,8 +56,8 @@ struct Bundle {
     glm::dvec2 size() const {
         return 2.0 * glm::dvec2(view.projection.half_width, view.projection.half_height);
     }
-    /// Returns the ratio of t, the distance from the ray's origin, to camera Z on the ray of pixel
-    /// (x, y).
+    /// Returns t / Z on the ray of pixel (x, y). t is the distance from the ray's origin, Z is
+    /// camera Z.
     double tScale(int x, int y) const;
 };
 
