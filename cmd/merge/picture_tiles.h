@@ -38,10 +38,10 @@ class PictureTiles {
 
     /// Opens the files. A tile without fragments is read as a composite or as layers, like the
     /// other tiles; if no tile has fragments, `composites_wanted` decides. Throws Error (kInput) if
-    /// a file is not a tile written by peeler, or the tiles do not belong to one picture; warns
-    /// about lesser differences. Elements may come from different scenes, settings and programs,
-    /// but must not be composites. They must share size, precision, channels and, if known, the
-    /// camera. Their ids are renumbered, as in provenance().
+    /// a tile was not written by peeler, or the files do not belong to one picture; warns about
+    /// lesser differences. Elements may come from different scenes, settings and programs, but must
+    /// not be composites. They must share size, precision, channels and, if known, the camera.
+    /// Their ids are renumbered, as in provenance().
     PictureTiles(const std::vector<std::filesystem::path>& paths, Parts parts,
                  const LayeredReadOptions& reading, bool composites_wanted, Reporter& reporter);
 

@@ -18,7 +18,7 @@ FilteredInput::FilteredInput(std::unique_ptr<LayeredInput> input, Filter filter)
         complexity.addBand(band);
         plan.tinted = band.tinted();
     });
-    // Fragments missing from the file may be any, so assume that the filter keeps them.
+    // Nothing is known about fragments that the file lacks, so assume that the filter keeps them.
     const std::uint64_t lacking =
         std::max(plan.fragments_counted, plan.fragments_stored) - plan.fragments_stored;
     plan.layers = complexity.layers();

@@ -155,7 +155,8 @@ class SparsePoints {
     std::uint32_t near(const glm::dvec3& p, std::uint32_t point) {
         const glm::dvec3 least = cellOf(p - apart_), most = cellOf(p + apart_);
         std::uint32_t found = kNone;
-        // A cell is wider than the distance's two sides, so these are all cells in reach.
+        // Along each axis, the interval from p - apart_ to p + apart_ is shorter than a cell. So it
+        // lies in the cells of its two ends, and no other cells have points within the distance.
         for (const double x : {least.x, most.x})
             for (const double y : {least.y, most.y})
                 for (const double z : {least.z, most.z})

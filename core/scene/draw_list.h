@@ -73,8 +73,8 @@ class KeyIndex {
 
     std::uint32_t surfaceOf(std::uint32_t key) const {
         const std::size_t near = key >> shift_;
-        // Finds the last of the surfaces with the same first key. A primitive without elements has
-        // the same first key as the next primitive.
+        // Finds the last surface whose first key is not above `key`. Surfaces without elements have
+        // the same first key as the surface after them, which is the one to find.
         const auto begin = first_keys_.begin();
         const auto after = std::upper_bound(begin + near_[near], begin + near_[near + 1] + 1, key);
         return static_cast<std::uint32_t>(after - begin) - 1;

@@ -261,9 +261,10 @@ glm::dvec3 framingEye(const Reach& reach, double size, bool centred, const glm::
         {{right, projection.half_width}, {above, projection.half_height}}};
     for (int i = 0; i < 2; ++i) {
         const auto& [axis, half] = axes[static_cast<std::size_t>(i)];
-        // The extents of the scene beyond two planes through the origin, one for each side of the
-        // picture. The planes are parallel to the sides of the frustum (perspective camera) or to
-        // the viewing axis.
+        // Two planes pass through the origin: one for the picture's side in the direction of `axis`
+        // (right or top), one for the opposite side. For a perspective camera, they are parallel to
+        // the sides of the frustum without its margins; otherwise, to the viewing axis. `positive`
+        // and `negative` are how far the scene extends beyond them, measured along `axis`.
         const double slope = projection.perspective ? kFill * half : 0;
         const double positive = reach(axis - slope * forward);
         const double negative = reach(-axis - slope * forward);

@@ -16,8 +16,8 @@ namespace {
 static_assert(kMaterialTextures == PEELER_MATERIAL_UNITS);
 
 constexpr MaterialFeature kFeatures[] = {
-    // This changes alpha: such materials have no metallic factor, which would block transmitted
-    // light.
+    // Changes alpha, because metals transmit no light: with this feature, a transmissive material
+    // counts as non-metallic, whatever its metallic factor and texture are.
     {"SPECULAR_GLOSSINESS", [](const Material& m) { return m.specular_glossiness.has_value(); },
      true},
     {"SPECULAR",

@@ -165,7 +165,7 @@ class DracoReader {
     /// enough, since many primitives may refer to the same bytes.
     std::uint64_t mostTime() const {
         constexpr std::uint64_t kFirst = 500'000, kEach = 20'000, kByte = 64;
-        // Size of each compressed view, keyed by its first byte.
+        // Size of each compressed view, by the address of its first byte.
         std::map<const std::uint8_t*, std::size_t> sizes;
         for (const DracoJob& job : jobs_) {
             const tinygltf::BufferView& view =

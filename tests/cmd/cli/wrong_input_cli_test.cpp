@@ -122,7 +122,7 @@ TEST_F(WrongInput, OutputFolderThatTakesNothing) {
         {"render", scene.string(), "-o", (scratch_ / "absent" / "a.exr").string(), "--no-mkdir"});
     expectRefused(absent, 4, {"absent/a.exr"});
     expectRefused(renderTo(scene / "a.exr"), 4, {"scene.gltf/a.exr"});
-    // Out_ is a folder, whose name has no extension.
+    // The path is a folder, and its name has no extension.
     expectRefused(renderTo(out_), 2, {out_.string()});
 
     const fs::path named = scratch_ / "folder.exr";

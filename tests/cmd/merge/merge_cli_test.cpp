@@ -334,7 +334,7 @@ TEST_F(MergeCommand, TilesThatHaveChangedAreRefused) {
     const std::string b = write("b.exr", cutPicture(whole_, {40, 0, 90, 70}));
     const std::string good = bytesOf(b);
     std::string bytes = good;
-    bytes[bytes.find("peeler:renderer") + 30] ^= 1;  // a byte that all readers ignore
+    bytes[bytes.find("peeler:renderer") + 30] ^= 1;  // a letter of the renderer's name
     std::ofstream(b, std::ios::binary) << bytes;
     const Outcome result = merge({a, b});
     EXPECT_EQ(result.exit_code, 3);

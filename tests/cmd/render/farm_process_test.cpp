@@ -200,7 +200,8 @@ Held heldBy(pid_t pid) {
     std::error_code gone;
     for (fs::directory_iterator file(process / "fd", gone), end; !gone && file != end;
          file.increment(gone)) {
-        // Skips files that are being written and their folder: they are open only briefly.
+        // Skips the output files and the folder that contains them. Both are open only briefly,
+        // while a file is being written.
         std::error_code closed;
         const fs::path target = fs::read_symlink(file->path(), closed);
         if (!closed && target.string().find("peeler-test-") == std::string::npos) ++held.files;

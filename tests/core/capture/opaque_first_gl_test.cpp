@@ -209,7 +209,7 @@ TEST(OpaqueFirst, LeavesEmptyWhatIsBesideTheScene) {
             for (const glm::dvec2 aside : {glm::dvec2(0), glm::dvec2(7, 4), glm::dvec2(-11, 0),
                                            glm::dvec2(0, 9), glm::dvec2(90)}) {
                 View view = testView(240, 160);
-                // The scene is small, in a corner or at a side of the picture.
+                // The scene is small: in the middle, in a corner, at a side, outside the picture.
                 view.camera_to_world[3] = {aside, 12, 1};
                 expectTheSame(scene, view, settings, "beside the scene");
                 view.crop = {30, 20, 100, 150};

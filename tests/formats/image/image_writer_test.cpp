@@ -279,7 +279,8 @@ TEST(Writers, ChoicesAreListedWhereAChoiceIsWrong) {
         "choose one of: .exr, .png, .jpg, .jpeg, .tif, .tiff, .html, .htm, .safetensors, .npz");
     EXPECT_NE(usageHint("out", options).find(".exr"), std::string::npos);
     options.as = "ldi";
-    EXPECT_EQ(usageHint("out.png", options), "write .exr, or use `as` composite, lari, world-tracing");
+    EXPECT_EQ(usageHint("out.png", options),
+              "write .exr, or use `as` composite, lari, world-tracing");
     options.as = "voxels";
     EXPECT_EQ(usageHint("out.exr", options),
               "choose one of: ldi, deep, composite, midpoint-depth, page, layers, arrays, dense, "

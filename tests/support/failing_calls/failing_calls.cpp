@@ -200,8 +200,8 @@ void addPlace(std::uint64_t place) {
 
 void* real(const char* name) {
     using Find = void* (*)(void*, const char*);
-    // dlsym() cannot be used, because it is wrapped, too. Since version 2.34, all of glibc is one
-    // library.
+    // A call of dlsym() would reach our wrapper, so dlvsym() finds glibc's dlsym(). This has been
+    // part of libc.so.6 since glibc 2.34, with that symbol version.
     static const auto find = reinterpret_cast<Find>(dlvsym(RTLD_NEXT, "dlsym", "GLIBC_2.34"));
     return find(RTLD_NEXT, name);
 }
