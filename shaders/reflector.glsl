@@ -282,7 +282,7 @@ vec3 fibresRadiance(Reflector s) {
     // Directions are left out if the lobe is below this fraction of its maximum, in the plane of
     // the view or in a ring.
     const float kLeast = 0.16;
-    // A GGX lobe as wide as a cell has this alpha, multiplied by the square root of the cell's
+    // The alpha of a GGX lobe as wide as a cell is this factor times the square root of the cell's
     // solid angle.
     const float kReach = 0.3;
     float alpha = max(s.sheen_roughness * s.sheen_roughness, kLeastSheenAlpha);

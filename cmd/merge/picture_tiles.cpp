@@ -31,7 +31,7 @@ std::string channelsText(const LayeredImage& image) {
     return text.empty() ? "none" : text.substr(0, text.size() - 2);
 }
 
-/// Adds a file to the list of elements. If the file was itself merged, adds its elements instead.
+/// Adds a file to the list of elements. If it is itself a merged file, adds its elements instead.
 void addElement(const PictureTile& tile, nlohmann::json& elements) {
     const Provenance& own = tile.info().provenance;
     const nlohmann::json merged = parseJsonOrNull(own.elements);

@@ -57,7 +57,8 @@ constexpr Preset kPresets[] = {
      true},
 };
 
-/// Makes a clip of `count` frames or views, as the placeholders of the output's name ask.
+/// Sets options for a clip: `count` frames if the output's name has a placeholder for frames, and
+/// `count` views if it has one for views. Keeps the frames or views that the user asked for.
 void chooseClip(int count, RenderOptions& options) {
     const std::string name = options.output.path.string();
     if (hasFrameToken(name) && !options.animation.frames) {

@@ -40,8 +40,9 @@ struct OpaqueFragments {
 /// Sorts every pixel's list by (depth, primitive), keeps the nearest `max_layers` (0 = all),
 /// converts buffer depth to camera Z and writes the result to `out`. The window, colour channels
 /// and type of `out` must be set. Reuses the storage of `out` and leaves its extra arrays
-/// unchanged. `sources`, if given, receives the index in the captured arrays of each fragment of
-/// `out`. Rows are processed in parallel; the result does not depend on their order.
+/// unchanged. `sources`, if given, receives one index for each fragment of `out`: the fragment's
+/// index in the captured arrays. Rows are processed in parallel; the result does not depend on
+/// their order.
 void depthSort(const CapturedFragments& captured, const Projection& projection,
                std::uint32_t max_layers, LayeredImage& out,
                std::vector<std::uint32_t>* sources = nullptr);

@@ -64,8 +64,9 @@ class HitSource {
     /// Returns the captured scene, which also resolves the keys of hits.
     virtual const PosedScene& posed() const = 0;
 
-    /// Whether this source finds the next surfaces from scattered points faster along a line from
-    /// each point (core/bake/visibility_rays.h) than among all hits of bundles.
+    /// Which way is faster to find the next surface from each of many scattered points. True:
+    /// tracing a line from each point (core/bake/visibility_rays.h). False: tracing bundles with
+    /// this source and searching all their hits.
     virtual bool prefersLines() const { return false; }
 
     /// Returns the times of the stages since the previous call.

@@ -10,7 +10,8 @@
 
 namespace peeler::gl {
 
-/// The values of a row. A double holds any GL type's values exactly.
+/// The values of one row of the state table. A double holds them exactly. (It would round 64-bit
+/// integers above 2^53, but no buffer has such an offset or size.)
 using StateValues = std::vector<double>;
 
 /// A row of the state table (OpenGL 4.5 core, 23, "State Tables").

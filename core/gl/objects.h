@@ -74,12 +74,13 @@ class Buffer : public Object<&Functions::DeleteBuffers> {
     Buffer(const Functions& gl, std::size_t bytes);
 
     std::size_t size() const { return size_; }
-    /// Map the first `bytes`: read() for reading, after waitForGpu(), and overwrite() for
-    /// overwriting, which discards the whole buffer. Overwriting is safe while GPU commands still
-    /// read the buffer, because the driver provides other memory or waits.
+    /// Maps the first `bytes` bytes for reading. Call waitForGpu() first.
     Mapping read(std::size_t bytes) const;
+    /// Maps the first `bytes` bytes for writing, and discards the contents of the whole buffer.
+    /// This is safe while GPU commands still read the buffer, because the driver provides other
+    /// memory or waits.
     Mapping overwrite(std::size_t bytes) const;
-    /// Sets the first `bytes` to 0, on the GPU.
+    /// Sets the first `bytes` bytes to 0, on the GPU.
     void clearToZero(std::size_t bytes) const;
     void bindStorage(unsigned binding) const;
     void bindUniform(unsigned binding, std::size_t offset, std::size_t bytes) const;

@@ -91,7 +91,8 @@ struct ObjectLayers {
 };
 
 struct ObjectMaskOptions {
-    /// The window that gets masks; the rest of the crop belongs only to the canvas.
+    /// The picture's window in the plan's crop. Masks have only its pixels; the silhouettes on the
+    /// canvas (`canvas_pixels`, `canvas_box`) have all pixels of the crop.
     Window picture{};
     /// The minimum opacity (A) of a visible fragment. A pixel's visible fragment is the first with
     /// at least this opacity. If all have less, it is the first fragment.

@@ -78,8 +78,9 @@ class Solids::EdgeParity {
     std::vector<Edge> edges;  ///< edges of the current primitive
 
   private:
-    /// Sorts edges in buckets, one bucket for each smaller vertex of an edge. A bucket has a few
-    /// edges. If the range of vertices is large for the number of edges, sorts without buckets.
+    /// Puts edges with the same `first` (the smaller of the two vertices) into one bucket, which
+    /// has a few edges, and sorts each bucket. If the range of vertices is large for the number of
+    /// edges, sorts without buckets.
     void sort(std::vector<Edge>& list) {
         if (list.empty()) return;
         const auto [least, most] = std::ranges::minmax(list, {}, &Edge::first);

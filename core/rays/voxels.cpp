@@ -66,9 +66,9 @@ void writePlane(std::span<std::uint8_t> plane, const glm::ivec3& cells, Value&& 
     }
 }
 
-/// Converts a side of a bundle's picture to a step in cells. The side must be parallel to an axis.
-glm::ivec3 stepAlong(const glm::dvec3& side) {
-    return {glm::round(side)};
+/// Returns the step of one cell in this direction, which must be a unit vector along an axis.
+glm::ivec3 stepAlong(const glm::dvec3& direction) {
+    return {glm::round(direction)};
 }
 
 }  // namespace

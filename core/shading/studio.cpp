@@ -64,8 +64,8 @@ std::array<PlacedBox, std::size(kSoftBoxes)> placedBoxes() {
     return placed;
 }
 
-/// Returns how much the box covers a direction: 0 outside the box, 1 inside its soft edges. Sets
-/// `light` to the box's radiance in this direction.
+/// Returns how much the box covers a direction: 0 outside the box, rising to 1 across its soft
+/// edges. Sets `light` to the box's radiance in this direction.
 double coverage(const PlacedBox& placed, const glm::dvec3& direction, glm::dvec3& light) {
     const double along = glm::dot(direction, placed.middle);
     if (along < 1e-3) return 0;

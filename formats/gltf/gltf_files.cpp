@@ -216,8 +216,9 @@ const GltfFolder::Listing& GltfFolder::listing(const fs::path& folder) const {
     return known->second;
 }
 
-/// Returns the path of the regular file in the folder with this relative name, which must not
-/// contain "..". Upper and lower case are as on disk.
+/// Finds the regular file with this name, which is relative to the scene's folder and must not
+/// contain "..". Differences between upper and lower case are ignored if this leaves only one
+/// match. Returns the path with the case on disk.
 std::optional<fs::path> GltfFolder::present(const fs::path& name) const {
     fs::path found = ".";
     for (const fs::path& component : name) {

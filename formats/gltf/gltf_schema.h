@@ -49,7 +49,7 @@ enum class SchemaKind {
 inline constexpr double kAnySize = 9007199254740992.0;  // 2^53: exact in JSON numbers
 inline constexpr double kIntMax = std::numeric_limits<int>::max();
 
-/// A member of the objects called `owner`.
+/// One member of a kind of object, and its requirements. `owner` is the kind, such as "node".
 struct SchemaRow {
     const char* owner;
     const char* name;

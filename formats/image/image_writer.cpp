@@ -79,7 +79,7 @@ class AtomicTarget final : public EncodedFile {
     }
 
     std::exception_ptr failure;
-    bool discards = false;  ///< whether writes succeed but write nothing
+    bool discards = false;  ///< whether writeAt() ignores the bytes and reports success
 
   private:
     template <class F>

@@ -112,7 +112,8 @@ Offers offersIn(const std::string& text, bool before) {
 
 Offers askBash(const Offers& asked, const fs::path& folder, const fs::path& script) {
     store(script, cmd::bashCompletions(described()));
-    // Splits words like readline. The caller adds spaces around "=", where bash splits, too.
+    // ask() passes the words of a line to the completion, as readline does. readline also splits
+    // words at "=", so lines in `asked` have spaces around it.
     std::string program = "source " + script.string() +
                           "\nask() { COMP_WORDS=(\"$@\"); COMP_CWORD=$(($# - 1)); _peeler; "
                           "printf '%s\\n' \"${COMPREPLY[@]}\"; }\n";

@@ -213,7 +213,7 @@ TEST_F(MergeCommand, ElementsOfOtherScenesKeepTheirNames) {
     };
     const std::string a = render("a.exr", "coincident.glb"), b = render("b.exr", "engine.glb");
     ASSERT_EQ(merge({a, b, a}, {"--elements"}).exit_code, 0);
-    // A file that was merged itself counts as its elements.
+    // If an input is itself a merged file, the result lists that file's elements instead of it.
     fs::rename(path("merged.exr"), path("three.exr"));
     ASSERT_EQ(merge({path("three.exr"), b}, {"--elements"}).exit_code, 0);
     EXPECT_TRUE(contains(runPeeler({"info", path("merged.exr")}).out,

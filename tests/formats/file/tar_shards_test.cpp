@@ -47,7 +47,8 @@ class Shards : public testing::Test {
                                     {"ldi.npz", write("in.npz", "npz of " + key)}};
         return shards.add(key, {{"outputHash", hash}, {"scene", key}}, files);
     }
-    /// Adds samples in one run, and keeps the valid ones. Returns the keys of the added samples.
+    /// Makes these samples in one run: keeps each sample that an earlier run stored with the same
+    /// hash, and adds the others. Returns the keys of the added samples.
     std::vector<std::string> run(const std::vector<std::pair<std::string, std::string>>& samples,
                                  const ShardSettings& settings, bool all = true) const {
         TarShards shards(pattern_, settings);
