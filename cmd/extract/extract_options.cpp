@@ -100,7 +100,7 @@ void checkExtractOptions(const ExtractOptions& options) {
         if (isArrayName(options.counts->string())) {
             throw Error(ErrorKind::kUsage, "a picture of counts cannot be written as arrays",
                         "--depth-complexity " + options.counts->string(),
-                        "use --npz with --dense, which writes them as the array count");
+                        "use --npz with --dense, which writes the counts as the array \"count\"");
         }
         OutputRequest output = requestFor(options, *options.counts);
         output.options.as = "composite";

@@ -169,7 +169,8 @@ Scene loadScene(const SceneRequest& request) {
     scene.environment->rotation = turn(appearance) * std::numbers::pi / 180;
     if (request.shadows && scene.lights.empty()) {
         const std::string why = "the environment is the only light, and it casts no shadows";
-        if (reading.strict) throw Error(ErrorKind::kUsage, why, "--shadows");
+        if (reading.strict)
+            throw Error(ErrorKind::kUsage, why, "--shadows", "leave it out, or leave --strict out");
         scene.warnings.push_back("T" + why.substr(1) + ".");
     }
     return scene;

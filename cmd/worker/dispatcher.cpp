@@ -38,7 +38,7 @@ constexpr std::chrono::milliseconds kAnswered{75};
 
 [[noreturn]] void fail(const std::string& what, const std::filesystem::path& path) {
     throw Error(ErrorKind::kOutput, what + ": " + std::strerror(errno), path.string(),
-                "name a file in a folder of your own");
+                "name a socket in an existing folder that you can write to");
 }
 
 sockaddr_un addressOf(const std::filesystem::path& path) {

@@ -4,8 +4,11 @@
 #include <algorithm>
 #include <numeric>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include <peeler/error.h>
+#include "core/base/names.h"
 #include "core/base/process_memory.h"
 #include "core/base/stage_times.h"
 #include "core/fragments/supersampling.h"
@@ -32,7 +35,13 @@ std::uint64_t imageBytes(const LayeredImage& image) {
 void checkSettings(const CaptureSettings& settings) {
     const MethodInfo* method = findPeelMethod(settings.method);
     const Text where = Parameter::kMethod + " " + settings.method;
-    if (!method) throw Error(ErrorKind::kUsage, "unknown method '" + settings.method + "'", where);
+    if (!method) {
+        std::vector<std::string_view> names;
+        for (const MethodInfo& known : peelMethods())
+            names.push_back(known.name);
+        throw Error(ErrorKind::kUsage, "unknown method '" + settings.method + "'", where,
+                    choiceHint(settings.method, "methods", names));
+    }
     if (!method->exact() && !settings.composite) {
         throw Error(ErrorKind::kUsage,
                     settings.method + " produces no layers, only an approximate composite", where,
@@ -53,7 +62,10 @@ void checkSettings(const CaptureSettings& settings) {
     if (settings.hit_mode != HitMode::kNone &&
         (!method->layers()->takesAll() || settings.composite || settings.samples > 1 ||
          settings.max_layers != 0)) {
-        throw Error(ErrorKind::kInternal, "rays take all hits at once, without blending", where);
+        throw Error(ErrorKind::kInternal,
+                    "tracing rays requires a method that takes all layers at once, one sample per "
+                    "pixel, and neither a composite nor a layer limit",
+                    where);
     }
     if (settings.composite && !settings.channels.empty()) {
         throw Error(

@@ -10,7 +10,7 @@
 namespace peeler::gl {
 namespace {
 
-constexpr const char* kMakeCurrent = "make the Renderer's own context current";
+constexpr const char* kMakeCurrent = "make the borrowed context current";
 
 /// Returns a label that is unique in the process, even if the process has loaded two copies of this
 /// library.
@@ -68,8 +68,7 @@ bool AdoptedContext::current() const {
 void AdoptedContext::requireCurrent() const {
     if (current()) return;
     if (!anyCurrent(functions())) refuseNoContext(kMakeCurrent);
-    throw Error(ErrorKind::kUsage,
-                "the OpenGL context current on this thread is not the borrowed one",
+    throw Error(ErrorKind::kUsage, "this thread's current OpenGL context is not the borrowed one",
                 "RendererOptions::adopt", kMakeCurrent);
 }
 

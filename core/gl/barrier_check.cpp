@@ -166,7 +166,7 @@ void useBlocks() {
         Use& use = c.uses[bound->second];
         if ((use.unseen & kByShaders) && use.written != c.pass)
             fail("no barrier before the use of block " + block.name +
-                 ", which an earlier pass wrote as " + use.writer);
+                 ": an earlier pass wrote its buffer through block " + use.writer);
         if (block.writes && use.read != 0 && use.read != c.pass)
             fail("no barrier before the write to block " + block.name +
                  ", which an earlier pass reads");
@@ -209,8 +209,8 @@ void APIENTRY dispatchCompute(GLuint x, GLuint y, GLuint z) {
 void byCommand(GLuint buffer, const char* how) {
     const auto use = checked().uses.find(buffer);
     if (use != checked().uses.end() && (use->second.unseen & kByCommands))
-        fail("no barrier before " + std::string(how) + " a buffer that a pass wrote as " +
-             use->second.writer);
+        fail("no barrier before " + std::string(how) +
+             " a buffer that a pass wrote through block " + use->second.writer);
 }
 
 void* APIENTRY mapNamedBufferRange(GLuint buffer, GLintptr offset, GLsizeiptr length,

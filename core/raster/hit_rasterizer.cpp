@@ -302,7 +302,7 @@ void HitRasterizer::State::captureRow(const Window& band, int section_top, int y
         hits.slope_scale = slopeScale(shown->seen.view.projection);
     }
     if (!sorter.sortRow(store, hits)) {
-        throw Error(ErrorKind::kInternal, "a ray's hits differ from their count",
+        throw Error(ErrorKind::kInternal, "a ray has more or fewer hits than were counted",
                     "row " + std::to_string(y), "please report this with the scene");
     }
 }

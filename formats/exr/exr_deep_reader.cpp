@@ -165,7 +165,8 @@ std::vector<std::size_t> ExrDeepReader::findOthers(std::size_t main) const {
             joins = joins && (isDepth(channel.name) || !known.contains(channel.name));
         if (!joins && info_.is_peeler) {
             throw Error(ErrorKind::kInput,
-                        "the part and the first part differ in window or view, or share a channel",
+                        "the part and the first part differ in window, view or block size, or "
+                        "share a channel",
                         input_.where(index), "render it again");
         }
         if (!joins) continue;

@@ -93,7 +93,9 @@ GltfContainer splitGltfContainer(std::span<const std::uint8_t> bytes, const std:
         } else if (type == kChunkBinary && !result.binary) {
             result.binary = data;
         } else if ((type == kChunkBinary || type == kChunkJson) && !std::exchange(crowded, true)) {
-            warnings.warn("The file has more chunks than glTF 2.0 allows; they are ignored.", path);
+            warnings.warn(
+                "The file has more than one JSON or binary chunk; the extra ones are ignored.",
+                path);
         }
         offset += chunk_length;
     }

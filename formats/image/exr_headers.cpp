@@ -145,9 +145,9 @@ void checkExrHeaders(const RegularFile& file, const std::string& path) {
             file.readSome(attribute.place, {&compression, 1});
             if (static_cast<unsigned char>(compression) < Imf::NUM_COMPRESSION_METHODS) continue;
             throw Error(ErrorKind::kInput,
-                        "the compression of a part, number " +
+                        "a part has the compression method " +
                             std::to_string(static_cast<unsigned char>(compression)) +
-                            ", is unknown to this OpenEXR (" OPENEXR_VERSION_STRING ")",
+                            ", which OpenEXR " OPENEXR_VERSION_STRING " does not know",
                         path, "write it again with zip");
         }
 }

@@ -353,8 +353,9 @@ Material ObjMaterials::material(const Mtl& mtl) {
 
 void ObjMaterials::warnOf(const Fault& fault, const std::string& what, const std::string& more) {
     if (fault.count > 0)
-        file_.warn(what + " (" + std::to_string(fault.count) + "; the first: \"" + fault.first +
-                   "\")" + more);
+        file_.warn(what + " (" + std::to_string(fault.count) +
+                   (fault.count == 1 ? " material" : " materials") + "; the first: \"" +
+                   fault.first + "\")" + more);
 }
 
 void ObjMaterials::finish() {
@@ -363,7 +364,7 @@ void ObjMaterials::finish() {
     warnOf(contradictory_, "Materials have d and Tr that contradict each other", "; d is used.");
     warnOf(invisible_, "Materials are fully transparent", ": they are invisible.");
     warnOf(unplaced_, "Faces without texture coordinates have materials with textures",
-           ": they show a single texel.");
+           ": these faces show a single texel.");
     warnOf(tinted_, "The filters (Tf) of materials are not read", ".");
 }
 
