@@ -44,6 +44,12 @@ using glm::vec4;
 #define PEELER_STAMPS 2      // two uints: the last passes that composited a front and a back fragment
 #define PEELER_COLORS 3      // four floats (eight with TINTED): colour
 #define PEELER_COUNTS 4      // uint: number of fragments, from the count pass
+// Blocks of layers that stay on the GPU, beside PEELER_LIST_HEADS (here the start of each pixel's list, then the end) and
+// PEELER_FRAGMENTS. Front to back:
+#define PEELER_LAYER_OFFSETS 2  // uint per pixel: index of its first fragment; then the end
+#define PEELER_LAYER_COUNTS 3   // uint per pixel: number of fragments
+#define PEELER_LAYER_DEPTHS 4   // float per fragment: camera Z
+#define PEELER_LAYER_COLORS 5   // colour per fragment, as in stored_fragments.glsl
 // The boundary of a clip mesh: pixel p has the depths [clip_first[p], clip_first[p + 1]).
 #define PEELER_CLIP_FIRST 5
 #define PEELER_CLIP_DEPTHS 6  // float: buffer depth; the sign bit is set on back faces

@@ -57,4 +57,13 @@ void storeFragment(uint entry, float depth, uint primitive, StoredColor color) {
 }
 #endif
 
+/// Returns two words of the fragment's colour, the first of which is word 2 * part.
+#if defined(KEYS_ONLY) || defined(COLOR_FLOAT) || defined(TINTED)
+const uint kColorParts = kWords - 1u;
+uvec2 storedColor(uint entry, uint part) { return fragments[kWords * entry + 1u + part].xy; }
+#else
+const uint kColorParts = 1u;
+uvec2 storedColor(uint entry, uint part) { return fragments[entry].zw; }
+#endif
+
 uint storedPrimitive(uint entry) { return fragments[kWords * entry].y; }

@@ -34,6 +34,12 @@ PosedScene posed(const Shown& shown) {
     return {scene, index, poseAt(scene, shown.animations, shown.time)};
 }
 
+/// Returns settings with coloured opacity if the scene is to be shown with it.
+CaptureSettings withTint(const Shown& shown, const PosedScene& scene, CaptureSettings settings) {
+    settings.tinted = settings.tinted || (shown.colored_glass && scene.hasTintedGlass());
+    return settings;
+}
+
 /// A sink that joins composited bands into one picture.
 class CompositeSink final : public Sink {
   public:
@@ -56,6 +62,24 @@ class CompositeSink final : public Sink {
   private:
     CompositeImage part_;
 };
+
+/// Throws Error (kUsage) if layers with these settings cannot stay in a borrowed context.
+void checkOnGpu(const RendererOptions& options, const CaptureSettings& settings) {
+    if (!options.adopt)
+        throw Error(ErrorKind::kUsage, "only a borrowed GL context can show its owner the buffers",
+                    "RendererOptions::adopt", "lend the Renderer a context, or call layers()");
+    const std::pair<bool, Text> computed_by_cpu[] = {
+        {settings.composite, Parameter::kComposite},
+        {settings.hit_mode != HitMode::kNone, "CaptureSettings::hit_mode"},
+        {!settings.channels.empty(), Parameter::kChannels},
+        {settings.samples > 1, "CaptureSettings::samples"},
+    };
+    for (const auto& [asked, where] : computed_by_cpu)
+        if (asked)
+            throw Error(ErrorKind::kUsage,
+                        "layers in GL buffers have colour and Z, of one sample per pixel", where,
+                        "leave it out, or call layers()");
+}
 
 }  // namespace
 
@@ -88,6 +112,14 @@ struct Renderer::State {
         worker.run([this](const Progress&) { gl.reset(); }, {});
     }
 
+    /// The bands of glLayers() that are still to be captured.
+    struct GlBands {
+        GlRenderer* renderer = nullptr;
+        CapturePlan plan;
+        std::vector<Window> windows;
+        std::size_t next = 0;
+    };
+
     /// Returns the options as a context request. Throws Error (kUsage) if the device name has an
     /// unknown form.
     gl::ContextRequest request() const;
@@ -96,12 +128,17 @@ struct Renderer::State {
     /// Runs the work. If it throws, discards the scene's GL objects, because their state is
     /// unknown.
     void run(const Worker::Work& work, const Progress& progress);
-    void capture(HitSource& source, const View& view, CaptureSettings settings, Sink& sink,
+    /// Returns the plan of a capture within the memory limit.
+    CapturePlan plan(HitSource& source, const View& view, CaptureSettings settings,
+                     const Progress& progress) const;
+    void capture(HitSource& source, const View& view, const CaptureSettings& settings, Sink& sink,
                  Plan& plan, const Progress& progress) const;
+    GlLayers nextGlLayers(const Progress& progress);
 
     RendererOptions options;
     std::optional<GlSession> gl;
     std::unique_ptr<HitRasterizer> rasterizer;  ///< the CPU rasteriser of the current call
+    std::optional<GlBands> gl_bands;            ///< set by glLayers(), until another call renders
     Worker worker;                              // last, so that it is destroyed first
 };
 
@@ -114,6 +151,7 @@ gl::ContextRequest Renderer::State::request() const {
 }
 
 GlRenderer& Renderer::State::openRenderer(const Shown& shown, const PosedScene& posed) {
+    gl_bands.reset();
     return gl->renderer(request(), shown.scene, indexOf(shown), posed);
 }
 
@@ -134,6 +172,7 @@ void Renderer::State::run(const Worker::Work& work, const Progress& progress) {
         [&](const Progress& report) {
             const auto discard = [this](bool device_lost) {
                 rasterizer.reset();
+                gl_bands.reset();
                 gl->giveUp(device_lost);
             };
             try {
@@ -151,17 +190,31 @@ void Renderer::State::run(const Worker::Work& work, const Progress& progress) {
         progress);
 }
 
-void Renderer::State::capture(HitSource& source, const View& view, CaptureSettings settings,
-                              Sink& sink, Plan& plan, const Progress& progress) const {
+CapturePlan Renderer::State::plan(HitSource& source, const View& view, CaptureSettings settings,
+                                  const Progress& progress) const {
     if (options.memory != 0) {
         settings.memory = options.memory;
         settings.memory.base = residentBytes();
     }
-    const CapturePlan planned = source.plan(view, settings, progress);
+    return source.plan(view, settings, progress);
+}
+
+void Renderer::State::capture(HitSource& source, const View& view, const CaptureSettings& settings,
+                              Sink& sink, Plan& plan, const Progress& progress) const {
+    const CapturePlan planned = this->plan(source, view, settings, progress);
     plan = planned;
     sink.begin(plan);
     source.capture(planned, sink, progress);
     sink.finish();
+}
+
+GlLayers Renderer::State::nextGlLayers(const Progress& progress) {
+    if (!gl_bands)
+        throw Error(ErrorKind::kUsage, "there is no capture to continue", "nextGlLayers()",
+                    "call glLayers() first; every other call that renders ends its bands");
+    GlBands& bands = *gl_bands;
+    if (bands.next == bands.windows.size()) return {};
+    return bands.renderer->captureOnGpu(bands.plan, bands.windows[bands.next++], progress);
 }
 
 Renderer::Renderer(const RendererOptions& options) : state_(std::make_unique<State>(options)) {}
@@ -189,9 +242,8 @@ Plan Renderer::capture(const Shown& shown, const View& view, const CaptureSettin
     state_->run(
         [&](const Progress& report) {
             const PosedScene scene = posed(shown);
-            CaptureSettings wanted = settings;
-            wanted.tinted = wanted.tinted || (shown.colored_glass && scene.hasTintedGlass());
-            state_->capture(state_->openRenderer(shown, scene), view, wanted, sink, plan, report);
+            state_->capture(state_->openRenderer(shown, scene), view,
+                            withTint(shown, scene, settings), sink, plan, report);
         },
         progress);
     return plan;
@@ -211,6 +263,34 @@ CompositeImage Renderer::composite(const Shown& shown, const View& view,
     CompositeSink sink;
     capture(shown, view, wanted, sink, progress);
     return std::move(sink.image);
+}
+
+GlLayers Renderer::glLayers(const Shown& shown, const View& view, const CaptureSettings& settings,
+                            const Progress& progress) {
+    checkOnGpu(state_->options, settings);
+    GlLayers layers;
+    state_->run(
+        [&](const Progress& report) {
+            const PosedScene scene = posed(shown);
+            GlRenderer& renderer = state_->openRenderer(shown, scene);
+            const CapturePlan plan =
+                state_->plan(renderer, view, withTint(shown, scene, settings), report);
+            state_->gl_bands = {&renderer, plan, renderer.bandsOnGpu(plan)};
+            layers = state_->nextGlLayers(report);
+        },
+        progress);
+    return layers;
+}
+
+GlLayers Renderer::nextGlLayers(const Progress& progress) {
+    GlLayers layers;
+    state_->run(
+        [&](const Progress& report) {
+            if (state_->gl_bands) state_->gl->context(state_->request());
+            layers = state_->nextGlLayers(report);
+        },
+        progress);
+    return layers;
 }
 
 LayeredImage Renderer::rays(const Shown& shown, const Bundle& bundle,

@@ -22,6 +22,15 @@ void BandBuffers::bindForLayers() {
     bindClip();
 }
 
+void BandBuffers::bindForSorting() {
+    list_heads_.bindStorage(PEELER_LIST_HEADS);
+    fragments_.bindStorage(PEELER_FRAGMENTS);
+    layer_offsets_.bindStorage(PEELER_LAYER_OFFSETS);
+    layer_counts_.bindStorage(PEELER_LAYER_COUNTS);
+    layer_depths_.bindStorage(PEELER_LAYER_DEPTHS);
+    layer_colors_.bindStorage(PEELER_LAYER_COLORS);
+}
+
 void BandBuffers::bindForComposite() {
     list_heads_.bindStorage(PEELER_LIST_HEADS);
     depths_.bindStorage(PEELER_DEPTHS);
@@ -36,6 +45,15 @@ void BandBuffers::reserveClip(std::span<const std::uint32_t> first) {
     reserve(clip_depths_, first.back() * sizeof(float));
     const auto mapping = clip_first_.overwrite(first.size_bytes());
     std::copy(first.begin(), first.end(), mapping.as<std::uint32_t>());
+}
+
+void BandBuffers::reserveLayers(std::span<const std::uint32_t> offsets, std::size_t color_bytes) {
+    reserve(layer_offsets_, offsets.size_bytes());
+    reserve(layer_counts_, offsets.size_bytes() - sizeof(std::uint32_t));
+    reserve(layer_depths_, offsets.back() * sizeof(float));
+    reserve(layer_colors_, offsets.back() * color_bytes);
+    const auto mapping = layer_offsets_.overwrite(offsets.size_bytes());
+    std::copy(offsets.begin(), offsets.end(), mapping.as<std::uint32_t>());
 }
 
 void BandBuffers::clearForComposite(std::span<const std::uint32_t> counts, bool tinted) {

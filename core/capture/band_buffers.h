@@ -48,14 +48,20 @@ class BandBuffers {
     /// Reserves room for a composite. Sets the counts and clears everything else to 0. `tinted`:
     /// whether opacity is coloured.
     void clearForComposite(std::span<const std::uint32_t> counts, bool tinted);
+    /// Reserves room for a band's sorted layers and sets their offsets. `color_bytes`: stored bytes
+    /// of colour per fragment.
+    void reserveLayers(std::span<const std::uint32_t> offsets, std::size_t color_bytes);
     /// Frees all buffers.
     void free() {
         for (gl::Buffer* buffer : {&list_heads_, &fragments_, &depths_, &stamps_, &colors_,
-                                   &counts_, &clip_first_, &clip_depths_, &channels_})
+                                   &counts_, &clip_first_, &clip_depths_, &channels_,
+                                   &layer_offsets_, &layer_counts_, &layer_depths_, &layer_colors_})
             *buffer = {};
     }
-    /// Bind all buffers at their PEELER_ binding points, for layers or for a composite.
+    /// Bind all buffers at their PEELER_ binding points, for layers, for sort_lists.comp, or for a
+    /// composite.
     void bindForLayers();
+    void bindForSorting();
     void bindForComposite();
 
     const gl::Buffer& listHeads() const { return list_heads_; }
@@ -63,6 +69,10 @@ class BandBuffers {
     const gl::Buffer& depths() const { return depths_; }
     const gl::Buffer& colors() const { return colors_; }
     const gl::Buffer& channels() const { return channels_; }
+    const gl::Buffer& layerOffsets() const { return layer_offsets_; }
+    const gl::Buffer& layerCounts() const { return layer_counts_; }
+    const gl::Buffer& layerDepths() const { return layer_depths_; }
+    const gl::Buffer& layerColors() const { return layer_colors_; }
 
   private:
     void reserve(gl::Buffer& buffer, std::size_t bytes) {
@@ -78,6 +88,7 @@ class BandBuffers {
     // Used for composites, together with list_heads_.
     gl::Buffer depths_, stamps_, colors_, counts_;
     gl::Buffer clip_first_, clip_depths_;
+    gl::Buffer layer_offsets_, layer_counts_, layer_depths_, layer_colors_;  // sorted layers
 };
 
 /// A render target of list heads, for drivers whose fragment shaders can read the pixel that they

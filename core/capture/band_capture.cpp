@@ -15,15 +15,6 @@
 #include "core/image/composite.h"
 
 namespace peeler {
-namespace {
-
-constexpr std::uint32_t kNoLimit = 0xFFFFFFFFU;
-
-std::uint32_t limitOf(const BandRequest& request) {
-    return request.layers ? request.layers : kNoLimit;
-}
-
-}  // namespace
 
 BandCapture::BandCapture(gl::Context& context, const PosedScene& posed,
                          const PassContext& pass_context, StageTimes& times)
@@ -174,7 +165,7 @@ int BandCapture::composite(CompositeMethod& method, const BandRequest& request,
                            CompositeImage& out) {
     const StageTimer timer(times_, "capture");
     const Window& band = request.band;
-    const std::uint32_t limit = limitOf(request);
+    const std::uint32_t limit = request.limit();
     prepareClip(band);
     const auto gpu = gpu_timer_.span("gpuCapture");
     buffers_.clearForComposite(request.counts, pass_context_.settings.tinted);
@@ -213,7 +204,7 @@ void BandCapture::readComposite(const BandRequest& request, CompositeImage& out)
         std::vector<std::uint32_t> expected(request.counts.begin(), request.counts.end());
         if (!blendsTail()) {
             for (std::uint32_t& count : expected)
-                count = std::min(count, limitOf(request));
+                count = std::min(count, request.limit());
         }
         const auto list_heads = buffers_.listHeads().read(pixels * sizeof(std::uint32_t));
         checkListHeads(list_heads.as<const std::uint32_t>(), request.band, {}, expected);

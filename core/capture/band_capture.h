@@ -6,11 +6,13 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <span>
 #include <string>
 #include <vector>
 
 #include <peeler/composite.h>
+#include <peeler/gl_layers.h>
 #include <peeler/layered_image.h>
 #include <peeler/stage_times.h>
 #include <peeler/view.h>
@@ -36,6 +38,10 @@ struct BandRequest {
     bool keys = false;
     /// Whether to capture only the transparent fragments in front of the OpaqueTarget's fragments.
     bool in_front = false;
+
+    std::uint32_t limit() const {
+        return layers ? layers : std::numeric_limits<std::uint32_t>::max();
+    }
 };
 
 /// The fragment lists of a captured band. They are in the GPU's buffers, or are being copied to the
@@ -85,6 +91,11 @@ class BandCapture {
     /// extra arrays. Returns the number of geometry passes. Throws Error (kInternal) if the number
     /// of captured fragments of any pixel differs from its count.
     int layers(LayerMethod& method, const BandRequest& request, LayeredImage& out);
+
+    /// Captures a band's fragments as layers() does, without channels, but sorts them on the GPU
+    /// and leaves them in its buffers. They are valid until the next capture of any kind. Shaders
+    /// and commands may read them without a barrier.
+    GlLayers layersOnGpu(LayerMethod& method, const BandRequest& request);
 
     /// Whether the GPU can capture a band while the CPU sorts another. False for software renderers
     /// and for list heads in a render target.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The fragment lists of a band: drawing, copying from GPU memory, and sorting.
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <limits>
 #include <string>
 #include <vector>
@@ -42,6 +44,41 @@ int BandCapture::layers(LayerMethod& method, const BandRequest& request, Layered
         sortLists(lists_, stored.as<const std::uint32_t>(), values.as<const float>(), out);
     }
     return lists_.passes;
+}
+
+GlLayers BandCapture::layersOnGpu(LayerMethod& method, const BandRequest& request) {
+    fillLists(method, request, request.layers);
+    const StageTimer timer(times_, "sort");
+    const auto gpu = gpu_timer_.span("gpuCapture");
+    const Window& band = request.band;
+    const std::uint32_t limit = request.limit();
+    std::vector<std::uint32_t> offsets(band.pixels() + 1);
+    for (std::size_t p = 0; p < band.pixels(); ++p)
+        offsets[p + 1] = offsets[p] + std::min(request.counts[p], limit);
+    setListHeads(lists_.first);
+    buffers_.reserveLayers(offsets, pass_context_.settings.storedColorBytes());
+    buffers_.bindForSorting();
+    rasterizer_.setBand(band);
+    const Projection& projection = pass_context_.view.projection;
+    const auto planes =
+        std::bit_cast<std::array<int, 4>>(std::array{projection.near, projection.far});
+    forEachTile(band, [&](const Window& tile, const Window& area) {
+        rasterizer_.setTile(tile);
+        rasterizer_.compute("sort_lists.comp", projection.perspective ? "" : "ORTHOGRAPHIC", area,
+                            planes);
+    });
+    gl().MemoryBarrier(GL_ALL_BARRIER_BITS);
+    gl::checkErrors(gl(), "sorting fragments");
+    return {.window = band,
+            .fragments = offsets.back(),
+            .layers = largestIn(band, band,
+                                [&](std::size_t p) { return std::min(request.counts[p], limit); }),
+            .color_type = pass_context_.settings.color_type,
+            .tinted = pass_context_.settings.tinted,
+            .counts = buffers_.layerCounts().name(),
+            .offsets = buffers_.layerOffsets().name(),
+            .depths = buffers_.layerDepths().name(),
+            .colors = buffers_.layerColors().name()};
 }
 
 bool BandCapture::overlaps() const {

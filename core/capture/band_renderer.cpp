@@ -144,6 +144,11 @@ void BandRenderer::render(const Window& band, const BandLimits& limits, const Ta
     take(image_);
 }
 
+GlLayers BandRenderer::renderOnGpu(const Window& band) {
+    return capture_.layersOnGpu(*methods_.layers,
+                                {.band = band, .counts = countsOf(band), .layers = plan_->limit});
+}
+
 void BandRenderer::renderOverlapping(std::span<const Window> bands, const TakeBand& take) {
     for (std::size_t i = 0; i <= bands.size(); ++i) {
         if (i < bands.size()) {

@@ -62,6 +62,9 @@ class BandRenderer {
     /// differs from its count.
     void render(const Window& band, const BandLimits& limits, const TakeBand& take,
                 const TakeCounts& visible);
+    /// Renders a band of a plan for layers, without channels or merged samples, into the GPU's
+    /// buffers (BandCapture::layersOnGpu()).
+    GlLayers renderOnGpu(const Window& band);
     /// Renders all bands. The GPU captures a band while the CPU sorts and passes on the previous
     /// one.
     void renderOverlapping(std::span<const Window> bands, const TakeBand& take);

@@ -33,6 +33,7 @@ struct GlRenderer::State {
         : context(ctx), posed(std::move(in_pose)), bands(ctx, posed, times) {}
 
     void castShadows(GlRenderer& renderer, const CaptureSettings& asked);
+    static void report(const GlPlan& plan, const Window& band, const Progress& progress);
     GlPlan& show(GlRenderer& renderer, const CapturePlan& planned);
 
     gl::Context& context;
@@ -88,6 +89,13 @@ void GlRenderer::State::castShadows(GlRenderer& renderer, const CaptureSettings&
     bands.lighting().setShadows(&*shadows);
 }
 
+/// Reports that the picture is complete down to the end of this band.
+void GlRenderer::State::report(const GlPlan& plan, const Window& band, const Progress& progress) {
+    const Window& crop = plan.view.crop;
+    const double share = static_cast<double>(band.y1 - crop.y0) / crop.height();
+    if (progress) progress(plan.share + (1 - plan.share) * share);
+}
+
 /// Makes `bands` render this plan.
 GlPlan& GlRenderer::State::show(GlRenderer& renderer, const CapturePlan& planned) {
     auto details = std::dynamic_pointer_cast<GlPlan>(planned.details);
@@ -128,18 +136,33 @@ std::uint64_t GlRenderer::forecastMemory(const CapturePlan& planned, const Sink&
     return residentBytes() + budget.costs().use.fixed + largest + kCaptureBytes;
 }
 
+std::vector<Window> GlRenderer::bandsOnGpu(const CapturePlan& planned) {
+    State& s = *state_;
+    s.show(*this, planned);
+    s.bands.freeBands();
+    const BandBudget budget = s.bands.budget();
+    return budget.cut(budget.limits());
+}
+
+GlLayers GlRenderer::captureOnGpu(const CapturePlan& planned, const Window& band,
+                                  const Progress& progress) {
+    const GlPlan& plan = state_->show(*this, planned);
+    const GlLayers layers = state_->bands.renderOnGpu(band);
+    State::report(plan, band, progress);
+    return layers;
+}
+
 CaptureReport GlRenderer::capture(const CapturePlan& planned, Sink& sink,
                                   const Progress& progress) {
     State& s = *state_;
     GlPlan& plan = s.show(*this, planned);
     CaptureReport report;
     std::uint64_t stored = 0, visible = 0;
-    const Window& crop = plan.view.crop;
     const auto take = [&](LayeredImage& image) {
         stored += image.fragments();
-        const double share = static_cast<double>(image.window.y1 - crop.y0) / crop.height();
+        const Window band = image.window;
         sink.write(std::move(image));
-        if (progress) progress(plan.share + (1 - plan.share) * share);
+        State::report(plan, band, progress);
         report.passes = std::max(report.passes, s.bands.takePasses());
         ++report.bands;
     };

@@ -3,7 +3,9 @@
 #pragma once
 
 #include <memory>
+#include <vector>
 
+#include <peeler/gl_layers.h>
 #include "core/fragments/hit_source.h"
 #include "core/fragments/surface_channels.h"
 #include "core/gl/context.h"
@@ -35,6 +37,14 @@ class GlRenderer final : public HitSource {
     /// If CaptureSettings::composite is set, each non-empty pixel has one fragment: the composite.
     CaptureReport capture(const CapturePlan& plan, Sink& sink,
                           const Progress& progress = {}) override;
+
+    /// Returns the bands of a plan for captureOnGpu(). Throws like capture() if the budget is too
+    /// small.
+    std::vector<Window> bandsOnGpu(const CapturePlan& plan);
+    /// Captures a band into GL buffers, which are valid until the next capture. The plan must be
+    /// for layers without channels or merged samples. Throws like capture().
+    GlLayers captureOnGpu(const CapturePlan& plan, const Window& band,
+                          const Progress& progress = {});
 
     std::uint64_t forecastMemory(const CapturePlan& plan, const Sink& sink) override;
 

@@ -25,9 +25,11 @@ Culling culling(Faces faces, bool double_sided) {
     return kTable[static_cast<std::size_t>(faces)];
 }
 
-void use(const gl::Program& program, const ShaderArgument& argument) {
+void use(const gl::Program& program, const ShaderArgument& argument,
+         const ShaderArgument& second = {}) {
     program.use();
     if (argument) program.set(0, (*argument)[0], (*argument)[1], (*argument)[2], (*argument)[3]);
+    if (second) program.set(1, (*second)[0], (*second)[1], (*second)[2], (*second)[3]);
 }
 
 shader::Placement placementOf(const glm::dmat4& clip_from_model,
@@ -264,11 +266,12 @@ void SceneRasterizer::drawFullScreen(const FullScreenPass& pass, const Window& a
 }
 
 void SceneRasterizer::compute(std::string_view shader, std::string_view definitions,
-                              const Window& area) {
+                              const Window& area, const ShaderArgument& second) {
     constexpr int kGroup = 16;  // local_size_x and local_size_y of every compute shader
     const Window inside = inTile(area);
     bindFrame();
-    use(shaders_.program({shader}, definitions), {{inside.x0, inside.y0, inside.x1, inside.y1}});
+    use(shaders_.program({shader}, definitions), {{inside.x0, inside.y0, inside.x1, inside.y1}},
+        second);
     functions().DispatchCompute(static_cast<GLuint>((inside.width() + kGroup - 1) / kGroup),
                                 static_cast<GLuint>((inside.height() + kGroup - 1) / kGroup), 1);
     functions().MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);

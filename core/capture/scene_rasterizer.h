@@ -45,8 +45,10 @@ class SceneRasterizer {
     void draw(const GeometryPass& pass, const Window& area);
     /// Runs a fragment shader over `area`.
     void drawFullScreen(const FullScreenPass& pass, const Window& area);
-    /// Runs a compute shader over `area`, which is also the shader's argument.
-    void compute(std::string_view shader, std::string_view definitions, const Window& area);
+    /// Runs a compute shader over `area`, which is also the shader's argument. `second`: the
+    /// uniform at location 1.
+    void compute(std::string_view shader, std::string_view definitions, const Window& area,
+                 const ShaderArgument& second = {});
 
     /// Returns the window of the picture that can contain fragments, for any sample position. Takes
     /// about as long as setTile().

@@ -123,9 +123,11 @@ void writePixelStore(const Functions& gl, GLenum parameter, const StateValues& v
     gl.PixelStorei(parameter, asInt(values[0]));
 }
 
-/// Writes the non-indexed binding of a buffer target.
+/// Writes the non-indexed binding of a buffer target. A buffer that no longer exists (GlLayers) is
+/// replaced by none, as GL does when it deletes a bound buffer.
 template <GLenum Target>
 void writeBuffer(const Functions& gl, GLenum, const StateValues& values) {
+    gl.BindBuffer(Target, 0);
     gl.BindBuffer(Target, asEnum(values[0]));
 }
 
@@ -146,10 +148,12 @@ StateValues readBindings(const Functions& gl, GLenum binding, GLenum start, GLen
     return values;
 }
 
+/// Writes every binding. A buffer that no longer exists is replaced by none.
 template <GLenum Target>
 void writeBindings(const Functions& gl, GLenum, const StateValues& values) {
     for (std::size_t i = 0; i + 2 < values.size(); i += 3) {
         const auto index = static_cast<GLuint>(i / 3), name = static_cast<GLuint>(values[i]);
+        gl.BindBufferBase(Target, index, 0);
         if (name == 0 || values[i + 2] == 0)
             gl.BindBufferBase(Target, index, name);
         else

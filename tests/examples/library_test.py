@@ -73,6 +73,25 @@ class Library(PeelerTest):
         fragments = re.compile(r"\d+ fragments")
         self.assertEqual(fragments.findall(done.stdout), fragments.findall(drawn.stdout))
 
+    def test_layers_are_drawn_from_gpu_buffers(self):
+        whole, peeled, ours = (self.home / name for name in ("whole.exr", "peeled.png", "ours.exr"))
+        scene = EXAMPLES / "scenes" / "panes.glb"
+        done = run(self.built / "gpu_layers", scene, peeled, "2", "4")
+        if done.returncode == 5:
+            self.skipTest(f"EGL: {done.stderr}")
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        layers, bands, off = re.match(r"(\d+) layers in (\d+) bands; all .* by (\S+)\n", done.stdout).groups()
+        self.assertEqual(layers, "11")
+        self.assertGreater(int(bands), 1)
+        self.assertLess(float(off), 1e-6)
+        self.assertEqual(peeled.read_bytes()[1:4], b"PNG")
+        # A picture of all layers, written with the library, is the command's composite.
+        done = run(self.built / "gpu_layers", scene, whole)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.render(scene, "--size", "640x360", "-o", ours)
+        compared = peeler("compare", whole, ours, "--composites", "--max-color", "0.001")
+        self.assertEqual(compared.returncode, 0, compared.stdout + compared.stderr)
+
     def test_a_scene_of_arrays_has_its_layers(self):
         done = run(self.built / "arrays")
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)

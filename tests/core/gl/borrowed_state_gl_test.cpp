@@ -3,7 +3,6 @@
 // with unusable states, and without a current context.
 #include "core/gl/borrowed_state.h"
 
-#include <dlfcn.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -19,6 +18,7 @@
 #include <peeler/error.h>
 #include <peeler/image_sink.h>
 #include <peeler/renderer.h>
+#include "support/borrowed_context.h"
 #include "support/capture.h"
 #include "support/method_names.h"
 #include "support/test_support.h"
@@ -27,20 +27,6 @@ namespace peeler::test {
 namespace {
 
 using Values = std::vector<double>;
-
-/// Returns a GL function's address. The tests pass this function as RendererOptions::adopt.
-void* functionOf(const char* name) {
-    using Lookup = void* (*)(const char*);
-    static const Lookup lookup = [] {
-        const bool egl = testBackend() == "egl";
-        void* library = nullptr;
-        for (const char* file : {"libEGL.so.1", "libOSMesa.so.8", "libOSMesa.so.6"})
-            if (!library && egl == contains(file, "EGL")) library = dlopen(file, RTLD_NOW);
-        return reinterpret_cast<Lookup>(
-            dlsym(library, egl ? "eglGetProcAddress" : "OSMesaGetProcAddress"));
-    }();
-    return lookup(name);
-}
 
 template <class Function>
 Function function(const char* name) {
@@ -109,12 +95,6 @@ struct Host {
 
     static constexpr GLsizeiptr kBytes = 4096;
 };
-
-RendererOptions borrowing() {
-    RendererOptions options;
-    options.adopt = functionOf;
-    return options;
-}
 
 /// Returns a scene with layers of glass, metal in an environment, a texture with rows of odd
 /// length, a culled face, a mirrored face, points and lines.
@@ -638,6 +618,8 @@ TEST(BorrowedState, IsAsItWasWhateverIsRendered) {
         gl::takeErrors(host.gl);  // clears errors that missing extensions caused
         expectExpected(render(renderer), "all at once");
         const Shown shown{makeScene()};
+        renderer.glLayers(shown, testView(32, 24));
+        renderer.nextGlLayers();
         for (const bool exact : {true, false}) {
             for (const std::string& method : methodNames(exact)) {
                 CaptureSettings settings;

@@ -12,6 +12,7 @@
 #include <peeler/camera_choice.h>
 #include <peeler/capture_settings.h>
 #include <peeler/composite.h>
+#include <peeler/gl_layers.h>
 #include <peeler/layered_image.h>
 #include <peeler/scene.h>
 #include <peeler/sink.h>
@@ -119,6 +120,33 @@ class Renderer {
     /// sink on the Renderer's thread. Throws like layers(), and passes on the sink's exceptions.
     Plan capture(const Shown& shown, const View& view, const CaptureSettings& settings, Sink& sink,
                  const Progress& progress = {});
+
+    /// Captures the view's layers into GL buffers of the borrowed context and returns the first
+    /// band, top to bottom:
+    ///
+    ///     for (GlLayers band = renderer.glLayers(shown, view); !band.window.empty();
+    ///          band = renderer.nextGlLayers())
+    ///         draw(band);
+    ///
+    /// The whole crop is one band if its fragments fit `settings.band_bytes`, the memory limit and
+    /// GL_MAX_SHADER_STORAGE_BLOCK_SIZE. The Renderer owns the buffers: you may read them and bind
+    /// them, and must not change or delete them. They are valid until the next call of this
+    /// Renderer; a call that frees a bound buffer unbinds it.
+    ///
+    /// A band can be read in the borrowed context at once, by shaders and by commands: the call
+    /// issues all memory barriers. Another context of its share group must first wait for a fence
+    /// (glFenceSync) that you place behind the call, then bind the buffers.
+    ///
+    /// Throws Error (kUsage) without RendererOptions::adopt, and if the settings ask for a
+    /// composite, hits, channels or several samples, which the CPU computes. Otherwise throws like
+    /// layers().
+    GlLayers glLayers(const Shown& shown, const View& view, const CaptureSettings& settings = {},
+                      const Progress& progress = {});
+
+    /// Returns the next band of glLayers(); after the last one, a band with an empty window. Throws
+    /// Error (kUsage) if another call has rendered since, or has thrown. Otherwise throws like
+    /// layers().
+    GlLayers nextGlLayers(const Progress& progress = {});
 
     /// Returns all hits of a bundle of rays. Z is camera Z. For parallel rays, camera Z is the
     /// distance from the plane where the rays start. The first extra array holds the keys of the
