@@ -18,7 +18,6 @@ import shutil
 import subprocess
 import sys
 import tempfile
-import textwrap
 import threading
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
@@ -94,16 +93,14 @@ def reasons(rows: Dict[str, Measured]) -> str:
 
 
 def table(rows: Dict[str, Measured]) -> str:
-    """Returns the table of the pictures, and the list of those that hardly differ."""
+    """Returns the table of the pictures, and the ranges of those that hardly differ."""
     lines = [line(scene, measured) for scene, measured in rows.items() if measured.psnr < CLOSE]
     close = {scene: measured for scene, measured in rows.items() if measured.psnr >= CLOSE}
     text = "\n".join(["| scene | PSNR, dB | FLIP | luminance |", "| --- | ---: | ---: | ---: |", *lines])
     if close:
-        ratios = [measured.luminance for measured in close.values()]
-        listed = "; ".join(f"{scene} ({measured.psnr:.1f})" for scene, measured in close.items())
-        far = max(measured.flip for measured in close.values())
-        text += "\n\n" + textwrap.fill(f"From {CLOSE:g} dB (FLIP up to {far:.3f}, luminance {min(ratios):.3f} to "
-                                       f"{max(ratios):.3f}): {listed}.", 120, break_on_hyphens=False)
+        levels, flips, ratios = zip(*close.values())
+        text += (f"\n\n{len(close)} other [scenes](three_scenes.py) have {min(levels):.1f} to {max(levels):.1f} dB, FLIP up to "
+                 f"{max(flips):.3f}, luminance {min(ratios):.3f} to {max(ratios):.3f}.")
     return text
 
 

@@ -208,7 +208,7 @@ def gpu_tables(page: str) -> str:
 def parts(lines: List[str]) -> List[str]:
     """Returns the lines with the table of the parts, in which most numbers are 0, as a list."""
     listed = [f"- {row['part']}: " + ", ".join(f"{row[verdict]} {verdict}" for verdict in ("passed", "failed", "skipped")
-                                                if row[verdict] != "0") + f"; {row['s']} s"
+                                                if row[verdict] != "0")
               for row in rows("\n".join(lines)) if "part" in row]
     return ["**parts**", "", *listed, *(line for line in lines if not line.startswith("|"))]
 
@@ -236,6 +236,22 @@ def shared(names: List[str]) -> Tuple[str, str]:
     return (start, end) if all(len(name) > len(start + end) for name in names) else ("", "")
 
 
+MANY = 8  # the fewest rows of a table in which similar rows become one
+
+
+def ranges(rows: List[Tuple[str, List[str]]]) -> List[Tuple[str, List[str]]]:
+    """Returns the rows of a table. In a table of MANY rows or more, all rows that are 0 wherever most rows are 0 become
+    the last row, which has the least and the greatest value of each column."""
+    columns = list(zip(*(cells for _, cells in rows)))
+    rare = [k for k, cells in enumerate(columns) if 2 * cells.count("0") > len(rows)]
+    common = [(name, cells) for name, cells in rows if all(cells[k] == "0" for k in rare)]
+    if len(rows) < MANY or not rare or len(common) < 2:
+        return rows
+    ends = [(min(cells, key=float), max(cells, key=float)) for cells in zip(*(cells for _, cells in common))]
+    return [*(row for row in rows if row not in common),
+            (", ".join(name for name, _ in common), [low if low == high else f"{low} to {high}" for low, high in ends])]
+
+
 def condensed(lines: List[str]) -> str:
     """Returns the page with runs of lines that have the same counts as a table, and runs of lines with the same text as
     one line."""
@@ -258,8 +274,8 @@ def condensed(lines: List[str]) -> str:
             start, end = shared(names)
             heading = f"{part}: {start}…{end}" if start or end else part
             shown += [*([""] if shown[-1] else []), f"| {heading} | {' | '.join(columns)} |", "| --- |" + " ---: |" * len(columns)]
-            shown += [f"| {name[len(start):len(name) - len(end)]} | {' | '.join(counts(line.split(': ', 1)[1]).values())} |"
-                      for name, line in told]
+            listed = [(name[len(start):len(name) - len(end)], list(counts(line.split(": ", 1)[1]).values())) for name, line in told]
+            shown += [f"| {name} | {' | '.join(cells)} |" for name, cells in ranges(listed)]
             shown.append("")
         else:
             start = commonprefix(names)

@@ -385,11 +385,11 @@ class AgainstThree(PeelerTest):
         )
         self.assertIn("Nothing is below 30 dB", against_three.reasons({"Fox": against_three.Measured(np.inf, 0, 1)}))
 
-    def test_what_hardly_differs_is_a_list(self):
+    def test_what_hardly_differs_has_ranges(self):
         measured = against_three.Measured
         text = against_three.table({"a": measured(30.0, 0.2, 1.1), "b": measured(50.0, 0.1, 0.9), "c": measured(40.0, 0, 1)})
         self.assertEqual([row["scene"] for row in results.rows(text)], ["a"])
-        self.assertTrue(text.endswith("(FLIP up to 0.100, luminance 0.900 to 1.000): b (50.0); c (40.0)."), text)
+        self.assertTrue(text.endswith("have 40.0 to 50.0 dB, FLIP up to 0.100, luminance 0.900 to 1.000."), text)
 
     def test_reasons(self):
         """Every reason belongs to an existing row, and appears in the guide."""
@@ -443,9 +443,14 @@ class Results(PeelerTest):
                     "| 4 | 3 | 4 |"]
         self.assertEqual(results.condensed(["", *lines]).strip().splitlines(), expected)
 
+    def test_similar_rows_of_a_gpu_page_become_one(self):
+        lines = [f"- a, {name}: {k} same, {2 if name == 'f' else 0} beyond" for k, name in enumerate("abcdefgh")]
+        shown = results.condensed(["", *lines]).strip().splitlines()
+        self.assertEqual(shown[2:], ["| f | 5 | 2 |", "| a, b, c, d, e, g, h | 0 to 7 | 0 |"])
+
     def test_parts_of_a_gpu_page_are_listed(self):
         page = ["| part | passed | failed | skipped | s |", "| --- | ---: | ---: | ---: | ---: |", "| a | 2 | 0 | 1 | 7 |", "", "**failed**"]
-        self.assertEqual(results.parts(page), ["**parts**", "", "- a: 2 passed, 1 skipped; 7 s", "", "**failed**"])
+        self.assertEqual(results.parts(page), ["**parts**", "", "- a: 2 passed, 1 skipped", "", "**failed**"])
 
     def test_facts_are_said_once(self):
         """Facts of most sections are in the head, and those of other sections in the first of these."""
