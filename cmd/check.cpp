@@ -202,8 +202,8 @@ constexpr const char* kCheckFooter =
     "The minimum is over the whole surface, not over samples, with a relative error of at most\n"
     "1e-4. Faces that share a corner form an edge, not a wall; the number of sharp edges (less\n"
     "than 30 degrees) is reported. A wall between faces that other triangles cross can get\n"
-    "arbitrarily thin; it is reported separately, as the crossed wall. In an open part, only\n"
-    "existing walls are measured. Alpha and textures are ignored.\n"
+    "arbitrarily thin; it is reported separately, as the crossed wall. In an open part, a\n"
+    "wall is measured only where both of its faces exist. Alpha and textures are ignored.\n"
     "\n"
     "Exit codes: 0 printable; 3 not printable, or the file is not a scene.";
 
@@ -229,10 +229,9 @@ VerbAction declareCheck(VerbOptions& verb) {
              "maximum distance in millimetres at which vertices of open edges are joined; 0 joins "
              "only vertices at the same position (default: a millionth of the part's size)")
         .group("Check");
-    addValue(
-        verb, "--unit", "NAME|METRES", options->unit, parseLengthUnit,
-        "length unit of the scene, by name or in metres; texts and pictures give lengths in the "
-        "named unit, or in millimetres if you give metres:")
+    addValue(verb, "--unit", "NAME|METRES", options->unit, parseLengthUnit,
+             "length unit of the scene, by name or in metres; if you give a unit of this list, "
+             "texts and pictures give lengths in it, else in millimetres:")
         .oneOf(describeChoices(kLengthUnits, true))
         .group("Check");
     verb.addFlag(

@@ -105,7 +105,7 @@ constexpr const char* kConvertFooter =
     "Layered files (--as ldi, in any --layout) and deep images contain the same fragments, so\n"
     "conversion in both directions is lossless. Converting a file there and back with the\n"
     "same options reproduces it byte for byte. A deep image has no composite, so its\n"
-    "Cryptomatte is a composite beside it, OUT.cryptomatte.exr. Deep images of other programs\n"
+    "Cryptomatte is in a file of its own, OUT.cryptomatte.exr. Deep images of other programs\n"
     "are read too; their samples are sorted by depth first.";
 
 }  // namespace

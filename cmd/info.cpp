@@ -41,7 +41,8 @@ int printInfo(const InfoOptions& options, Reporter& reporter) {
 VerbAction declareInfo(VerbOptions& verb) {
     const auto options = std::make_shared<InfoOptions>();
     addFile(verb, "FILE", "", options->file,
-            "a scene (glTF, PLY, STL, OBJ, arrays) or a layered or deep image (.exr, .safetensors)")
+            "a scene (glTF, PLY, STL, OBJ, or arrays in .npz or .safetensors) or a layered or deep "
+            "image (.exr, .safetensors)")
         .files(sceneExtensions() + " .exr")
         .required();
     addSceneOptions(verb, options->scene);

@@ -343,8 +343,9 @@ bool Masks::writeShared() {
         folder_->writeShared(views_.size());
         return true;
     }
-    reporter_.note(countText(missing, "view") + " of " + groupedText(views_.size()) +
-                   " still missing; the JSON files of all views are written with the last view");
+    reporter_.note(
+        countText(missing, "view") + " of " + groupedText(views_.size()) +
+        " still missing; the JSON files that all views share are written with the last view");
     return false;
 }
 
@@ -436,7 +437,7 @@ double parseOpacity(const std::string& text) {
 
 void addMaskOptions(VerbOptions& verb, MasksOptions& options) {
     addFile(verb, "-o,--output", "FOLDER", options.output,
-            "folder to write into; it may also contain pictures of other verbs")
+            "folder to write into; it may also contain other files, such as pictures of a render")
         .group("Output")
         .required();
     addValue(verb, "--as", "NAMES", options.formats, parseFormats,
@@ -466,9 +467,10 @@ constexpr const char* kMasksFooter =
     "not. The visible mask covers the pixels that belong to the object (see --see-through).\n"
     "Visible masks do not overlap; all other pixels are background or empty. The visible\n"
     "fraction is the visible area in the picture, divided by the area of the silhouette on\n"
-    "the canvas. A view does not list objects that it does not contain.\n"
-    "Each view's file views/NNNNNN.json is written last; --skip-existing looks for it. The\n"
-    "--chunk that completes the last view writes the JSON files of all views.";
+    "the canvas. Objects without a pixel on a view's canvas are not listed for this view.\n"
+    "Each view's record views/NNNNNN.json is written last; --skip-existing looks for it. The\n"
+    "--chunk that completes the last view writes the JSON files that all views share, such as\n"
+    "scene_gt.json and coco.json.";
 
 }  // namespace
 
@@ -476,8 +478,8 @@ VerbAction declareMasks(VerbOptions& verb) {
     const auto options = std::make_shared<MasksOptions>();
     verb.addFiles("SCENE", options->scenes,
                   "scenes (glTF, PLY, STL, OBJ), folders of scenes, or globs in quotes; in the "
-                  "folder's name, {stem} stands for the scene's name, {folder} for its folder's "
-                  "name")
+                  "name of the output folder, {stem} stands for the scene's name, {folder} for "
+                  "the name of the scene's folder")
         .files(sceneExtensions());
     addMaskOptions(verb, *options);
     addMaskPictureOptions(verb, options->pictures, *options);

@@ -348,7 +348,7 @@ VerbAction declareSheet(VerbOptions& verb) {
     options->output.options.as = "composite";
     addFile(verb, "IN", "", options->request.scene.file,
             "a layered or deep image (.exr, .safetensors) or a scene: glTF (.gltf, .glb), PLY, "
-            "STL, OBJ or arrays")
+            "STL, OBJ, or arrays in .npz or .safetensors")
         .files(".exr " + sceneExtensions())
         .required();
     addOutputOptions(verb, options->output);

@@ -192,8 +192,9 @@ VerbAction declareVerify(VerbOptions& verb) {
         "programs or older versions) are reported. Every chunk is read. Layers must be sorted\n"
         "by Z, with a finite Z where there is a fragment and 0 elsewhere; the header must\n"
         "have the right number of fragments, and the stored composite must be the composite\n"
-        "of the layers, bit for bit. All attributes of a camera must agree. Files of other\n"
-        "programs are only read to their end.\n"
+        "of the layers, bit for bit. In each header, camera attributes such as worldToCamera\n"
+        "must agree with peeler:cameraJson. Files of other programs are only read to their\n"
+        "end.\n"
         "\n"
         "Exit codes: 0 all files are good; 3 a file is unreadable or inconsistent, or its\n"
         "settings differ from the other files'; 6 only fragments or frames are missing.");

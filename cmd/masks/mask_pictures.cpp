@@ -24,9 +24,10 @@ constexpr const char* kPictureOptions[] = {
 
 void addMaskPictureOptions(VerbOptions& verb, MaskPictureOptions& options, CaptureJobOptions& job) {
     options.output.path = kPictureName;
-    verb.addFlag("--rgb", options.asked,
-                 "also write rgb/NNNNNN.png, the picture of each view that coco.json names, as "
-                 "peeler render writes it")
+    verb.addFlag(
+            "--rgb", options.asked,
+            "also write the picture of each view as peeler render does, to rgb/NNNNNN.png, the "
+            "file_name in coco.json")
         .group("Output");
     addDisplayOptions(verb, options.output);
     verb.option("--background")

@@ -67,7 +67,7 @@ void addEnvironmentOptions(VerbOptions& verb, AppearanceOptions& appearance) {
 
 void addBakedAppearanceOptions(VerbOptions& verb, AppearanceOptions& appearance) {
     addVariantOption(verb, appearance, "; a .glb output shows it by default");
-    addEnvironmentOptions(verb, appearance, ", for --quantity irradiance (default: none)");
+    addEnvironmentOptions(verb, appearance, "; only --quantity irradiance uses it (default: none)");
 }
 
 }  // namespace peeler::cmd

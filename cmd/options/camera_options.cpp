@@ -72,7 +72,7 @@ void addCameraOptions(VerbOptions& verb, CameraOptions& options, SceneReadOption
         "no camera)");
     add("--eye", "X,Y,Z", options.eye, vector,
         "position of a custom camera (default: one that sees the whole scene with margins of 5 %, "
-        "from the front, slightly from the right and above; a flat scene along its thin axis)");
+        "from the front, slightly from the right and above, or along a flat scene's thin axis)");
     add("--target", "X,Y,Z", options.target, vector,
         "point the camera looks at (default: the scene's centre)");
     verb.addRepeated(
@@ -84,8 +84,10 @@ void addCameraOptions(VerbOptions& verb, CameraOptions& options, SceneReadOption
                 else
                     options.up = parseDirection(value);
             },
-            std::string("up direction in the picture (default: 0,1,0)") +
-                (reading ? std::string("; x, y or z: ") + kUpHelp : ""))
+            reading
+                ? std::string("X,Y,Z: up direction in the picture (default: 0,1,0); x, y or z: ") +
+                      kUpHelp
+                : "up direction in the picture (default: 0,1,0)")
         .group("Camera");
     add(
         "--fov", "DEGREES", options.fov, [](const std::string& value) { return parseFov(value); },

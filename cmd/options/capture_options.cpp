@@ -34,7 +34,7 @@ std::vector<ChoiceDescription> methodChoices() {
     const auto approximate =
         std::ranges::find_if_not(peelMethods(), [](const MethodInfo& m) { return m.exact(); });
     choices.insert(choices.begin() + (approximate - peelMethods().begin()),
-                   {"", "approximate methods, for composites only:"});
+                   {"", "These methods are approximate, for composites only:"});
     return choices;
 }
 

@@ -165,9 +165,11 @@ void addOutputFile(VerbOptions& verb, OutputRequest& output, bool layers_only) {
     const auto toPath = [](const std::string& text) {
         return fs::path(text == "-" ? "-.png" : text);
     };
-    addValue(verb, "-o,--output", "FILE", output.path, toPath,
-             "the file to write: " + listed +
-                 "; - writes a PNG to standard output, -.EXT another format")
+    addValue(
+        verb, "-o,--output", "FILE", output.path, toPath,
+        "the file to write: " + listed +
+            std::string(layers_only ? "; -.EXT writes this format to standard output"
+                                    : "; - writes a PNG to standard output, -.EXT another format"))
         .files(endings)
         .group("Output")
         .required();
@@ -231,8 +233,8 @@ void addLayerOutputOptions(VerbOptions& verb, OutputRequest& output, bool layers
     if (layers_only) return;
     addDenseOptions(verb, output);
     verb.addFlag("--compress", output.options.compress,
-                 "deflate the arrays of a .npz, including those of samples; they are kept in "
-                 "memory until they are complete")
+                 "deflate the arrays of a .npz, also of --as lari, xray and world-tracing; the "
+                 "arrays are kept in memory until they are complete")
         .group("Planes");
 }
 

@@ -36,8 +36,8 @@ constexpr Choice<ParityUse> kParityUses[] = {
 
 constexpr Choice<Overlap> kOverlaps[] = {
     {"winding", Overlap::kWinding,
-     "they are one body (default); parity decides for surfaces that are open or do not face "
-     "outwards, with a warning if this is given"},
+     "they are one body (default); surfaces that are open or do not face outwards follow "
+     "parity, with a warning if you give --overlap winding"},
     {"parity", Overlap::kParity, "they cancel out"},
 };
 
@@ -47,20 +47,20 @@ constexpr const char* kRaysFooter =
     "ray_splits[r] to ray_splits[r + 1], sorted), t_hit (n; distance along the ray), geometry_ids\n"
     "(n; index of the placed mesh), primitive_ids (n; index of the triangle in its mesh),\n"
     "primitive_uvs (n, 2; weights of the second and third corner), facing (n; 1 = the front),\n"
-    "normals (for shading) and primitive_normals (of the flat triangle) (n, 3; world space, on\n"
-    "the front), node_ids, mesh_ids, instance_ids (within the node), material_ids (n; indices\n"
-    "into the glTF, from 0, 0xFFFFFFFF = none); --columns chooses among these.\n"
+    "normals (for shading) and primitive_normals (of the flat triangle) (n, 3; world space,\n"
+    "pointing out of the front), node_ids, mesh_ids, instance_ids (within the node), material_ids\n"
+    "(n; indices into the glTF, from 0, 0xFFFFFFFF = none); --columns chooses among these.\n"
     "Per bundle: bundle_origin, bundle_direction, bundle_right, bundle_up (b, 3), bundle_size\n"
     "(b, 2), float64, bundle_resolution (b, 2) and bundle_window (b, 4; x, y, width, height of\n"
     "the traced rays; all rays without --crop), int64, and bundle_perspective (b, 0 or 1);\n"
     "arrays_version.\n"
-    "With --dense N, for H x W rays per bundle, arrays of n are (H, W, N) or (H, W, N,\n"
-    "components); for several bundles, all of one size, (b, H, W, N, ...); count (H, W, uint32;\n"
+    "With --dense N, for w x h rays per bundle, arrays of n are (h, w, N) or (h, w, N,\n"
+    "components); for several bundles, all of one size, (b, h, w, N, ...); count (h, w, uint32;\n"
     "all hits of the ray) replaces ray_splits.\n"
     "peeler extract uses the same names. Rays are ordered by bundle, then by row from the top.\n"
-    "With (w, h) = bundle_resolution and\n"
-    "  p = origin + ((i + 0.5) / w - 0.5) * size[0] * right\n"
-    "             - ((j + 0.5) / h - 0.5) * size[1] * up\n"
+    "With (W, H) = bundle_resolution and\n"
+    "  p = origin + ((i + 0.5) / W - 0.5) * size[0] * right\n"
+    "             - ((j + 0.5) / H - 0.5) * size[1] * up\n"
     "ray (i, j) of a parallel bundle starts at p and runs along direction; a ray of a perspective\n"
     "bundle starts at origin and runs along p + direction - origin, normalised. A .ply has one\n"
     "point per hit, an .exr one deep part per bundle (Z: distance along the axis).\n"
@@ -71,7 +71,7 @@ constexpr const char* kRaysFooter =
     "until it has left as often as it has entered. With --overlap parity, and for --parity, the\n"
     "inside is the intervals between the first and second hit, the third and fourth, and so on.\n"
     "A closed primitive is a surface of its own; all other primitives of a mesh form one surface.\n"
-    "The camera must be outside.\n"
+    "For maps and --parity, a camera must be outside all closed surfaces.\n"
     "Rays hit triangles, not lines or points. They pass through fragments that a MASK material's\n"
     "alpha test rejects and through BLEND fragments with alpha 0; they hit everything else,\n"
     "however transparent.\n"
@@ -221,8 +221,8 @@ void addRaysOptions(VerbOptions& verb, RaysOptions& options) {
     addValue(
         verb, "--voxels", "R", options.voxels,
         [](const std::string& text) { return static_cast<int>(parseInteger(text, 1, 4096)); },
-        "write the cells of a lattice that are inside, decided by majority of the parities along "
-        "the three axes; the longest side of the lattice has R cells")
+        "write the cells of a lattice whose centres are inside, decided by the majority of three "
+        "rays, one along each axis; the longest side of the lattice has R cells")
         .group("Inside");
     addValue(
         verb, "--parity", "NAME", options.parity,

@@ -31,24 +31,24 @@ struct Preset {
 
 constexpr Preset kPresets[] = {
     {"lari",
-     "samples for LaRI's loader: --as lari --size 512x512 --normalize unit-cube --faces both, with "
-     "a focal length of 35/32 of the width",
+     "samples for LaRI's loader: --as lari --size 512x512 --normalize unit-cube --faces both; for "
+     "--views also a focal length of 35/32 of the width",
      "lari",
      {512, 512},
      35.0 / 32,
      false},
     {"xray",
-     "samples for X-Ray: --as xray --size 256x256 --normalize unit-cube --faces both, with rays of "
-     "--views through the upper left corners of pixels",
+     "samples for X-Ray: --as xray --size 256x256 --normalize unit-cube --faces both; for "
+     "--views also rays through the upper left corners of pixels",
      "xray",
      {256, 256},
      0,
      true},
     {"world-tracing",
      "clips for World Tracing: --as world-tracing --compress --size 504x504 --normalize unit-cube "
-     "--faces both, with a focal length of 500/512 of the width and an axis through the corner of "
-     "the middle pixels; with #### in the output's name --frames 0-15, with @@@@ --views 16 "
-     "--around orbit",
+     "--faces both; if the output's name has ####, --frames 0-15; if it has @@@@, --views 16 "
+     "--around orbit; for --views also a focal length of 500/512 of the width, and rays through "
+     "the upper left corners of pixels",
      "world-tracing",
      {504, 504},
      500.0 / 512,

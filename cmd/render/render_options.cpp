@@ -80,7 +80,7 @@ void addRenderOptions(VerbOptions& verb, RenderOptions& options) {
     verb.addFiles(
             "SCENE", options.scenes,
             "scenes (glTF, PLY, STL, OBJ), folders of scenes, or globs in quotes; in the output's "
-            "name, {stem} stands for the scene's name, {folder} for its folder's name")
+            "name, {stem} stands for the scene's name, {folder} for the name of the scene's folder")
         .files(sceneExtensions());
     addOutputOptions(verb, options.output);
     addLayerOutputOptions(verb, options.output);
