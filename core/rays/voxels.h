@@ -39,7 +39,7 @@ class ZeroedWords {
 };
 
 /// Votes on the cells inside solids. Along each axis, one ray goes through the centre of every
-/// cell, and the parity of its hits shows whether the centre is inside any solid. The majority of
+/// cell, and its hits show whether the centre is inside any solid (Overlap). The majority of
 /// the three rays decides, so a ray misled by an open edge is outvoted (Nooruddin & Turk 2003,
 /// "Simplification and Repair of Polygonal Models Using Volumetric Techniques", section 3.1). Takes
 /// three bits per cell.

@@ -8,7 +8,7 @@ namespace peeler {
 
 /// Returns the built-in studio, designed for reflections in metal and glass: a large soft box and
 /// several smaller ones, a floor, a horizon, and a dark side. A white surface has radiance 1.2 if
-/// it faces the key light, 1.1 if it faces up, and 0.7 if it faces a viewer in front. The
+/// it faces the key light, 1.1 if it faces up, and 0.8 if it faces a viewer in front. The
 /// environment has no hash. Computed at build time; the program uses embeddedStudio().
 Environment studioEnvironment();
 // The studio has no detail for a higher resolution to show, since every edge is several pixels
