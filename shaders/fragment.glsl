@@ -31,7 +31,6 @@ layout(location = PEELER_FIRST_KEY) flat in uint first_key;
 Key fragmentKey() { return Key(gl_FragCoord.z, first_key + uint(gl_PrimitiveID)); }
 #endif
 
-/// Returns the pixel's position in the band.
 ivec2 placeInBand() {
     return ivec2(frame.tile.x + int(gl_FragCoord.x), frame.tile.y + frame.tile.w - 1 - int(gl_FragCoord.y)) - frame.band.xy;
 }
@@ -46,9 +45,9 @@ uint pixelIndex() {
 layout(std430, binding = PEELER_CLIP_FIRST) readonly buffer ClipFirst { uint clip_first[]; };
 layout(std430, binding = PEELER_CLIP_DEPTHS) readonly buffer ClipDepths { float clip_depths[]; };
 
-/// Whether the boundary encloses this depth. A point is inside a closed mesh if there are more back
-/// faces than front faces behind the point. Faces in front of the point are not counted, since the
-/// near plane may clip them. Points on the boundary are inside.
+/// Whether the boundary encloses this depth. A point is inside a closed mesh if the numbers of back faces and front
+/// faces behind the point differ. Faces in front of the point are not counted, since the near plane may clip them.
+/// Points on the boundary are inside.
 bool insideMesh(float depth) {
     // GPUs also run the shader for helper pixels beside the drawn pixels. For helper pixels outside
     // the band, the loop bounds would be arbitrary, and such a loop makes an H100 reset.

@@ -153,7 +153,7 @@ struct MaterialRecord {
     vec4 transmission;   // factor, thickness, 1 / attenuation distance; w: F0 of a dielectric
     vec4 attenuation;    // rgb: attenuation colour
     vec4 texture_transform[2 * PEELER_MATERIAL_UNITS];  // two rows of a 3x3 matrix
-    uvec4 flags;         // x: the bits above; y, z (a bit per unit): textures with a transform, with the second UV set
+    uvec4 flags;         // x: the bits above; y, z (a bit per texture unit): has a transform, uses the second UV set
 };
 
 struct LightCount {

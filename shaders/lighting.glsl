@@ -62,9 +62,9 @@ vec3 litColor(vec3 base, float passing, Gradients g) {
 #endif
     }
 #elif !defined(ENVIRONMENT)
-    // The order of the products is the same as in the loop. With the cosine in between, compilers
-    // cannot fold the constants of the key light and the lobes. So fully lit pixels are
-    // bit-identical with and without shadows.
+    // The factors have the same order as in the loop. The cosine between the key light and the reflectance keeps
+    // compilers from folding the constants of the key light and the lobes. So fully lit pixels are bit-identical with
+    // and without shadows.
     vec3 key = kKeyRadiance;
 #ifdef SHADOWED
     if (isLit(s, kKeyDirection)) key *= visibility(lights[0], surface.position);

@@ -34,7 +34,8 @@ void tangentFrame(vec3 normal, int unit, Gradients g, out vec3 tangent, out vec3
         bitangent = side * cross(normal, tangent) * surface.tangent.w;
         return;
     }
-    // From derivatives (Schüler, "Followup: Normal Mapping Without Precomputed Tangents", 2013).
+    // Computes the directions from screen-space derivatives (Schüler, "Followup: Normal Mapping Without Precomputed
+    // Tangents", 2013).
     bool second = hasSecondUv(unit);
     vec2 dx = second ? g.texcoords_dx.zw : g.texcoords_dx.xy;
     vec2 dy = second ? g.texcoords_dy.zw : g.texcoords_dy.xy;

@@ -8,14 +8,12 @@ vec4 unpackColor(PACKED_COLOR color) { return uintBitsToFloat(color); }
 PACKED_COLOR packedTexel(uvec4 texel) { return texel; }
 #else
 #define PACKED_COLOR uvec2
-// The shader packs the halfs itself, instead of the render target's format, so that every method
-// rounds in the same way.
+// Packs the halfs in the shader, not by the render target's format, so that every method rounds in the same way.
 PACKED_COLOR packColor(vec4 color) { return uvec2(packHalf2x16(color.rg), packHalf2x16(color.ba)); }
 vec4 unpackColor(PACKED_COLOR color) { return vec4(unpackHalf2x16(color.r), unpackHalf2x16(color.g)); }
 PACKED_COLOR packedTexel(uvec4 texel) { return texel.rg; }
 #endif
 
-/// The stored colour of a fragment.
 struct StoredColor {
     PACKED_COLOR color;  // premultiplied, with alpha
 #ifdef TINTED

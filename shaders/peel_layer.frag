@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Depth peeling (Everitt 2001): the next fragment beyond the previous layer, by the lexicographic
-// key (depth, primitive), so that coincident fragments are peeled one by one. Among equal depths,
-// the depth test keeps the fragment drawn first (front to back) or last (BACKWARD). This is the
-// next fragment by primitive index.
+// Depth peeling (Everitt 2001): the next fragment beyond the previous layer, by the lexicographic key (depth,
+// primitive), so that coincident fragments are peeled one by one. Among equal depths, the depth test keeps the fragment
+// drawn first (front to back) or last (BACKWARD). The kept fragment is the next by primitive index.
 #include "shade.glsl"
 
 layout(binding = PEELER_PREVIOUS_DEPTH_UNIT) uniform sampler2D previous_depth;

@@ -58,9 +58,9 @@ struct Reflector {
 
 float largest(vec3 v) { return max(max(v.r, v.g), v.b); }
 
-/// Returns the fraction of light that reaches the diffuse surface below a layer that reflects
-/// `reflected`. If reflections may be tinted (SPECULAR), the fraction is the same for all channels,
-/// because such a layer must not tint the transmitted light.
+/// Returns the fraction of light that reaches the diffuse surface below a layer that reflects `reflected`. If
+/// reflections may be tinted (SPECULAR), the fraction is the same for all channels, because a tinted reflection must
+/// not tint the transmitted light.
 vec3 beneath(vec3 reflected) {
 #ifdef SPECULAR
     return vec3(1.0 - largest(reflected));
@@ -133,8 +133,8 @@ Reflector reflectorOf(vec3 base, Gradients g) {
     s.diffuse = base * (1.0 - largest(s.f0));
 #else
     s.metallic = rough_metal.y;
-    // The result is always 0.04. The min() keeps compilers from folding the constant with others,
-    // which would round differently from a texture's value.
+    // The result is always 0.04. The min() keeps compilers from folding the constant with other constants, since the
+    // folded value would be rounded differently from a texture's value.
     s.f0 = vec3(min(material.transmission.w, 0.04));
 #ifdef SPECULAR
     float share = material.specular.a * TEXEL(specular_texture, PEELER_SPECULAR_UNIT).a;
@@ -240,10 +240,9 @@ Reflected reflected(vec3 f0, float f90, vec2 scale_bias) {
 }
 
 #ifdef ANISOTROPY
-/// Returns the radiance reflected by anisotropic microfacets. Samples normals along the tangent, by
-/// their distribution and their visibility from `v`. Each sample looks up a round lobe. Its width
-/// is that of the microfacets' lobe across the tangent, or more if necessary to reach the next
-/// sample.
+/// Returns the radiance reflected by anisotropic microfacets. Samples normals along the tangent, by their distribution
+/// and their visibility from `v`. Each sample looks up a round lobe, as wide as the microfacets' lobe across the
+/// tangent, or wider if necessary to reach the next sample.
 vec3 stretchedRadiance(Reflector s) {
     const int kNormals = 12;
     const float kReach = 0.6;  // width of a lobe, in gaps between samples; narrower lobes would leave stripes
@@ -261,8 +260,7 @@ vec3 stretchedRadiance(Reflector s) {
         float weight = v_dot_h / dot(s.n, h) * 2.0 * n_dot_l / (n_dot_l + sqrt(n_dot_l * n_dot_l + across * across));
         float gap = 2.0 / float(kNormals) * along * inversesqrt(rest) / (rest + along * along * u * u);
         float roughness = sqrt(clamp(kReach * gap, s.alpha, 1.0));
-        // Rough lobes receive more of the light above the surface. The power was fitted to
-        // numerical integrals.
+        // Turns rough lobes towards the normal. The power was fitted to numerical integrals.
         sum += weight * environmentRadiance(mix(l, s.n, roughness * roughness * roughness), roughness);
         weights += weight;
     }
@@ -292,9 +290,9 @@ vec3 fibresRadiance(Reflector s) {
     toward = normalize(toward);
     vec3 aside = cross(s.n, toward);
 
-    // The distribution is a power of the sine of the half vector's angle to the normal. In the
-    // plane of the view, this angle is the mean of the angles of both directions. It is largest for
-    // light from the horizon.
+    // The distribution is a power of the sine of the half vector's angle to the normal. In the plane of the view, this
+    // angle is the mean of the light's and the view's angles. The half vector's angle is largest for light from the
+    // horizon.
     float v_angle = acos(s.n_dot_v), root = pow(kLeast, alpha);
     float least_angle = 2.0 * asin(root * sin(0.5 * (0.5 * kPi + v_angle))) - v_angle;
     float top = cos(max(least_angle, 0.0));

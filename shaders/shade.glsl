@@ -6,9 +6,9 @@
 #include "transmission.glsl"
 #endif
 
-/// Packs a colour so that the compiler cannot drop the rounding. NVIDIA's compiler (580.159)
-/// replaces unpackHalf2x16(packHalf2x16(x)) by x. Methods that do not store colours would then
-/// composite unrounded ones. The OR with limits.w prevents this.
+/// Packs a colour so that the compiler cannot drop the rounding. NVIDIA's compiler (580.159) replaces
+/// unpackHalf2x16(packHalf2x16(x)) by x. Methods that do not store colours would then composite unrounded colours. The
+/// OR with limits.w prevents this.
 PACKED_COLOR rounded(vec4 color) { return packColor(color) | PACKED_COLOR(frame.limits.w); }
 
 /// Returns the premultiplied linear colour of a fragment with base colour `base` (baseColor()); with TINTED, also the

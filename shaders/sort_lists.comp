@@ -19,8 +19,8 @@ layout(std430, binding = PEELER_LAYER_COLORS) writeonly buffer Colors { uvec2 co
 /// not negative, order as the depths do.
 bool isBefore(FRAGMENT_WORDS a, FRAGMENT_WORDS b) { return a.x != b.x ? a.x > b.x : a.y < b.y; }
 
-/// Shell sort with Knuth's gaps (The Art of Computer Programming 3, section 5.2.1). For the few
-/// fragments of most pixels it is an insertion sort; long lists do not take quadratic time.
+/// Shell sort with Knuth's gaps (The Art of Computer Programming 3, section 5.2.1). Short lists, which most pixels
+/// have, are sorted by insertion; long lists do not take quadratic time.
 void sortList(uint first, uint count) {
     uint gap = 1u;
     while (gap < count / 3u) gap = 3u * gap + 1u;

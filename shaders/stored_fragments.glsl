@@ -57,7 +57,7 @@ void storeFragment(uint entry, float depth, uint primitive, StoredColor color) {
 }
 #endif
 
-/// Returns two words of the fragment's colour, the first of which is word 2 * part.
+/// Returns words 2 * part and 2 * part + 1 of the fragment's colour.
 #if defined(KEYS_ONLY) || defined(COLOR_FLOAT) || defined(TINTED)
 const uint kColorParts = kWords - 1u;
 uvec2 storedColor(uint entry, uint part) { return fragments[kWords * entry + 1u + part].xy; }

@@ -85,7 +85,6 @@ vec4 baseColor(Gradients g) {
     return color;
 }
 
-/// Returns the light emitted by the material.
 vec3 emissiveColor(Gradients g) { return material_emissive.rgb * TEXEL(emissive_texture, PEELER_EMISSIVE_UNIT).rgb; }
 
 /// Returns roughness and metallic, both 0 to 1.

@@ -14,8 +14,8 @@
 
 namespace peeler {
 
-/// Surface points in world space. Each lies on the side of the surface to which its unit normal
-/// points. The values of a receiver with a normal of length 0 are 0.
+/// Surface points in world space. Each point lies on the side of the surface to which the point's
+/// unit normal points. The values of a receiver with a normal of length 0 are 0.
 struct Receivers {
     std::vector<glm::dvec3> positions;
     std::vector<glm::vec3> normals;

@@ -121,7 +121,6 @@ class Irradiance final : public Integrator {
     std::array<FragmentChannel, 6> colors_;
 };
 
-/// One row of the table of quantities.
 struct Quantity {
     std::size_t components;
     std::unique_ptr<Integrator> (*make)(const BakeSettings& settings,

@@ -37,7 +37,7 @@ Occluders::Occluders(const PosedScene& posed, Faces faces) : posed_(posed) {
     const DrawList& list = posed_.drawList();
     const Scene& scene = posed_.scene();
     alpha_tests_.reserve(list.draws().size());
-    /// The patches of a geometry, shared by all draws of it.
+    /// The patches of a geometry, shared by all its draws.
     struct Shared {
         std::size_t first = 0, count = 0;
         glm::dvec3 middle{0};
@@ -105,7 +105,8 @@ void Occluders::addPatches(const Primitive& primitive, const std::vector<glm::ve
         }
         Triangle triangle{};
         const auto vertices = cornersOf(primitive, element).vertex;
-        // Triangles with non-finite vertices occlude nothing but still count.
+        // Triangles with non-finite vertices occlude nothing. They are kept, so that an index in
+        // the patch gives the element.
         const bool finite = std::ranges::all_of(
             vertices, [&](std::size_t vertex) { return isFinite(positions[vertex]); });
         for (std::size_t i = 0; i < 3 && finite; ++i) {

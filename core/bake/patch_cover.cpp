@@ -166,7 +166,7 @@ struct PlacedTriangles {
     Values corner[3];                       // x, y and z of the patch's corners
     Values a[3], b[3], c[3];                // x, y and z of each triangle's corners
     Values inverse_area;                    // 1 / (twice the area)
-    std::array<int, kMost> x0, x1, y0, y1;  // cells that may be covered; none if x1 < x0 or y1 < y0
+    std::array<int, kMost> x0, x1, y0, y1;  // cells to test; empty if x1 < x0 or y1 < y0
 };
 
 PEELER_INLINE float least(float a, float b, float c) {

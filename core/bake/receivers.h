@@ -81,11 +81,11 @@ struct TexelAtlas {
 /// One texture for every material that a visible triangle with this UV set uses. A texel whose
 /// centre lies in a triangle in UV space gets a receiver at that point of the triangle, with the
 /// interpolated normal (the flat normal if the primitive has no normals). A centre on an edge
-/// shared by two triangles belongs to exactly one of them (the fill rule of rasterisers). If
-/// several triangles cover a texel, the texel gets one receiver for each, in draw order, at most 8.
-/// If no triangle covers the texel but some touch its circumscribed circle, the texel gets a
-/// receiver at the nearest point of the nearest such triangle. So narrow charts and borders have
-/// values, too. UVs outside 0–1 repeat.
+/// shared by two triangles belongs to exactly one of the two triangles (the fill rule of
+/// rasterisers). If several triangles cover a texel's centre, the texel gets one receiver for each,
+/// in draw order, at most 8. If no triangle covers the centre but some triangles touch the texel's
+/// circumscribed circle, the texel gets a receiver at the nearest point of the nearest of these
+/// triangles. So narrow charts and borders have values, too. UVs outside 0–1 repeat.
 class TexelReceivers {
   public:
     /// Throws Error (kInput) if no visible triangle has this UV set, if the UVs repeat a texture so
@@ -118,7 +118,7 @@ class TexelReceivers {
     TexelSettings settings_;
     Receivers receivers_;
     std::vector<TexelAtlas> atlases_;
-    /// Index of each material's atlas in atlases_; −1 if it has none.
+    /// Index of each material's atlas in atlases_; −1 if the material has no atlas.
     std::vector<int> atlas_of_material_;
     std::uint64_t without_uvs_ = 0;
 };

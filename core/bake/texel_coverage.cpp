@@ -28,7 +28,7 @@ double edge(const glm::dvec2& a, const glm::dvec2& b, const glm::dvec2& p) {
 }
 
 /// Whether a triangle owns the texel centres on its edge a → b. The triangle on the other side has
-/// the edge as b → a. Exactly one of the two owns the centres.
+/// the edge as b → a. Exactly one of the two triangles owns the centres.
 bool ownsEdge(const glm::dvec2& a, const glm::dvec2& b) {
     return b.y < a.y || (b.y == a.y && b.x > a.x);
 }

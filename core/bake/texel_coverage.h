@@ -44,7 +44,7 @@ class TexelCoverage {
     TexelRow row(int y) const;
 
   private:
-    /// A triangle, and one of the rows of the unwrapped UV plane that it reaches.
+    /// A triangle, and one row of the unwrapped UV plane that the triangle reaches.
     struct Crossing {
         std::uint32_t triangle = 0;
         std::int32_t y = 0;

@@ -37,9 +37,9 @@ class VisibilityRays {
     void look(const glm::dvec3& direction, bool inside, float max_distance);
 
     /// Returns, for each receiver, the cosine of the angle between the direction and the receiver's
-    /// normal. If look() had `inside`, the angle is measured from the opposite of the normal. If
-    /// the cosine is negative, the receiver looks along the opposite direction. If it is 0, the
-    /// receiver looks along neither.
+    /// normal. If look() had `inside`, the angle is measured from the opposite of the normal. A
+    /// receiver with a negative cosine looks along the opposite direction. A receiver with cosine 0
+    /// looks along neither direction.
     std::span<const float> cosines() const { return {cosine_.data(), count_}; }
     /// Returns, for each receiver, the distance to the first surface, in scene units; infinite if
     /// the receiver sees no surface.

@@ -14,9 +14,9 @@ std::string mebibytesText(std::uint64_t bytes);
 
 /// Bytes of memory, as a function of the band's size.
 struct MemoryUse {
-    std::uint64_t fixed = 0;     ///< independent of the band's size
-    std::uint64_t pixel = 0;     ///< per pixel
-    std::uint64_t fragment = 0;  ///< per fragment
+    std::uint64_t fixed = 0;  ///< independent of the band's size
+    std::uint64_t pixel = 0;
+    std::uint64_t fragment = 0;
 
     MemoryUse& operator+=(const MemoryUse& other);
     /// Returns the bytes of a band with this many pixels and fragments, without `fixed`.
@@ -26,7 +26,7 @@ struct MemoryUse {
 };
 
 /// Throws Error (kMemory) if `needed` bytes exceed the budget. `needed` must include usedBytes().
-/// The message has `purpose` after "are needed", and its hint ends with `or_else`.
+/// The error's message ends with `purpose`, after "are needed"; the hint ends with `or_else`.
 void checkMemory(const MemoryBudget& budget, std::uint64_t needed, const std::string& purpose,
                  const Text& or_else = {});
 

@@ -44,8 +44,7 @@ std::size_t editDistance(std::string_view a, std::string_view b) {
 }  // namespace
 
 std::string_view nearestName(std::string_view text, std::span<const std::string_view> names) {
-    // Names may come from files, so only their beginnings are compared. This limits the size of the
-    // distance table.
+    // Limits the size of the distance table, since names may come from files.
     constexpr std::size_t kLongest = 200;
     const std::string wanted = lower(text.substr(0, kLongest));
     std::string_view best;

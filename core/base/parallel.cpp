@@ -42,8 +42,8 @@ class SignalsBlocked {
     sigset_t before_;
 };
 
-/// Returns a number that grows by one with each thread that the process starts; 0 if there is no
-/// /proc.
+/// Returns the link count of /proc/self/task, which grows by one with each thread of the process; 0
+/// if there is no /proc.
 nlink_t taskLinks() {
     struct stat status {};
     return ::stat("/proc/self/task", &status) == 0 ? status.st_nlink : 0;
@@ -245,7 +245,6 @@ int threadCount() {
 
 void parallelFor(std::size_t items, const std::function<void(std::size_t)>& body) {
     const int threads = threadCount();
-    // A nested loop runs only on its caller's thread.
     if (items > 1 && threads > 1 && !inside_loop) return poolOf(threads)->run(items, body);
     for (std::size_t i = 0; i < items; ++i)
         body(i);

@@ -35,9 +35,9 @@ int affinityCount();
 int threadCount();
 
 /// Calls body(i) for every i in [0, items), in any order, on all threads including the caller's.
-/// Returns when all calls are done. Rethrows the first exception that a body throws. A nested
-/// parallelFor runs only on its body's thread. Loops of several callers share the other threads. A
-/// child of fork() starts its own threads; a body must not fork and continue in the child.
+/// Returns when all calls are done. Rethrows the first exception that a body throws. A parallelFor
+/// inside a body runs only on the body's thread. Loops of several callers share the other threads.
+/// A child of fork() starts its own threads; a body must not fork and continue in the child.
 void parallelFor(std::size_t items, const std::function<void(std::size_t)>& body);
 
 /// A pool of objects. Lends one to each thread and reuses returned objects.

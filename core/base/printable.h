@@ -10,8 +10,8 @@
 
 namespace peeler {
 
-/// The maximum number of bytes to show of a name, and of a path or a line of a message. Error also
-/// truncates its texts to kMostOfLine bytes.
+/// The maximum bytes shown of a name, and of a path or a line of a message. Error truncates its
+/// texts to kMostOfLine, too.
 inline constexpr std::size_t kMostOfName = 200, kMostOfLine = 8000;
 
 /// Returns the length in bytes of the UTF-8 character at the start of `text` (Unicode 15, table
@@ -26,7 +26,7 @@ std::string escapedByte(char byte);
 /// and invalid UTF-8 are shown as \xNN bytes. "…" replaces everything after the first `most` bytes.
 std::string printable(std::string_view text, std::size_t most = kMostOfName);
 
-/// Returns `text` with its words made printable() and its parameters unchanged.
+/// Returns a copy of `text` in which everything except the parameters is printable().
 Text printableText(const Text& text, std::size_t most);
 
 }  // namespace peeler

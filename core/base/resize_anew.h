@@ -7,10 +7,9 @@
 
 namespace peeler {
 
-/// Resizes a vector whose contents will be overwritten. Frees the old storage before it allocates
-/// the new storage. A vector that must grow gets room for `most` elements or, if `size` is greater
-/// than `most`, for an eighth more than `size`, so that the next band may be larger. Reserved
-/// memory is not resident until it is used.
+/// Resizes a vector whose contents will be overwritten. To grow, frees the old storage first, then
+/// reserves room for `most` elements; if `size` is greater than `most`, for an eighth more than
+/// `size`, so that the next band may be larger. Reserved memory is not resident until it is used.
 template <class T, class Allocator>
 void resizeAnew(std::vector<T, Allocator>& values, std::size_t size, std::size_t most = 0) {
     if (values.capacity() < size) {

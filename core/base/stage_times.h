@@ -32,7 +32,6 @@ auto timed(StageTimes& times, const char* stage, Work&& work) {
     return work();
 }
 
-/// Adds the times of all stages in `from` to `to`.
 inline void add(StageTimes& to, const StageTimes& from) {
     for (const auto& [stage, milliseconds] : from)
         to[stage] += milliseconds;

@@ -29,16 +29,16 @@ BandBudget::BandBudget(const GlPlan& plan, const PlanMethods& methods, const Ban
     const std::uint64_t tile = capture.tilePixels();
     // Bytes per pixel of a composite's coloured opacity, in addition to RGBA and Z.
     const std::uint64_t opacity = settings.tinted ? 3 * sizeof(float) : 0;
-    // The default of band_bytes is large enough to limit redraws of the geometry, and small enough
-    // to keep the bands' shared memory in the caches.
+    // The default of band_bytes limits redraws of the geometry, but lets the memory that all bands
+    // reuse stay in the caches.
     costs_.band_bytes = settings.band_bytes;
     costs_.use.pixel = kBandPixelBytes + opacity;
     if (!plan.clip_rows.empty()) costs_.use.pixel += 3 * sizeof(std::uint32_t);
     costs_.use.fixed = capture.tileBytes();
     if (plan.opaque_first) costs_.use.fixed += capture.opaqueBytes();
     if (methods.composite) {
-        // A composite method has costs per pixel. They are added per fragment, because
-        // rowFragments() counts one fragment per pixel for such a method.
+        // A composite method's costs per pixel go into use.fragment, because rowFragments() counts
+        // one fragment per pixel for composite methods.
         costs_.use.fixed += methods.composite->tileBytes(tile, settings);
         costs_.use.fragment = capture.pixelBytes() + 15 * sizeof(float) + 3 * opacity;
         costs_.largest_array_bytes = storedComponents(settings.tinted) * sizeof(float);
@@ -50,14 +50,14 @@ BandBudget::BandBudget(const GlPlan& plan, const PlanMethods& methods, const Ban
             costs_.use.fragment += capture.copiedFragmentBytes();
             costs_.use.pixel += capture.copiedPixelBytes();
         }
-        // The key and the index in the captured lists, for each fragment.
+        // A key and an index into the captured lists.
         if (channels > 0 || settings.hit_mode != HitMode::kNone)
             costs_.use.fragment += 2 * sizeof(std::uint32_t);
         costs_.largest_array_bytes = std::max<std::uint64_t>(
             BandBuffers::fragmentWords(settings.storedColorBytes()) * sizeof(std::uint32_t),
             shadedComponents(settings.channels) * sizeof(float));
-        // All samples stay in memory until they are merged. They need their primitives and the sort
-        // buffers, too.
+        // All samples, their primitives and the sort buffers stay in memory until the samples are
+        // merged.
         if (plan.mergesLayers()) {
             costs_.use.fragment += color + channels + 22 * sizeof(float);
             costs_.use.pixel += (plan.positions.size() + 1) * sizeof(std::uint32_t);

@@ -15,7 +15,7 @@
 
 namespace peeler {
 
-/// The method of a plan: one that captures layers, or one that composites on the fly.
+/// The method of a plan, which captures layers or composites on the fly.
 struct PlanMethods {
     std::unique_ptr<LayerMethod> layers{};
     std::unique_ptr<CompositeMethod> composite{};  ///< if set, used instead of `layers`
@@ -27,7 +27,7 @@ MemoryUse sinkUse(const GlPlan& details, const Plan& plan, const Sink& sink);
 /// The costs of a plan's bands. The plan must outlive this object.
 class BandBudget {
   public:
-    /// `overlaps`: whether the GPU captures a band while the previous one is sorted and passed on.
+    /// `overlaps`: whether the GPU captures a band while the previous band is sorted and passed on.
     BandBudget(const GlPlan& plan, const PlanMethods& methods, const BandCapture& capture,
                bool overlaps, std::uint64_t storage_block_bytes);
 

@@ -51,7 +51,6 @@ class BandBuffers {
     /// Reserves room for a band's sorted layers and sets their offsets. `color_bytes`: stored bytes
     /// of colour per fragment.
     void reserveLayers(std::span<const std::uint32_t> offsets, std::size_t color_bytes);
-    /// Frees all buffers.
     void free() {
         for (gl::Buffer* buffer : {&list_heads_, &fragments_, &depths_, &stamps_, &colors_,
                                    &counts_, &clip_first_, &clip_depths_, &channels_,
@@ -92,9 +91,9 @@ class BandBuffers {
 };
 
 /// A render target of list heads, for drivers whose fragment shaders can read the pixel that they
-/// overwrite (GL_EXT_shader_framebuffer_fetch). List heads then need no atomic counters in a
-/// storage buffer. On llvmpipe, atomics are the most expensive instructions. Values are transferred
-/// row by row, y down, like all arrays of a band.
+/// overwrite (GL_EXT_shader_framebuffer_fetch). List heads in a render target need no atomic
+/// counters, which are the most expensive instructions on llvmpipe. Values are transferred row by
+/// row, y down, like all arrays of a band.
 class ListHeadTarget {
   public:
     static bool supported(const gl::Context& context);
@@ -124,7 +123,7 @@ class ListHeadTarget {
     gl::Texture texture_;
     gl::Framebuffer framebuffer_;
     int width_ = 0, height_ = 0;
-    std::vector<std::uint32_t> rows_;  ///< list heads of an area, rows from bottom to top
+    std::vector<std::uint32_t> rows_;  ///< list heads of an area, row by row, y up
 };
 
 /// A render target that captures the nearest opaque fragment of every pixel of a raster tile. It

@@ -215,8 +215,8 @@ void BandCapture::readComposite(const BandRequest& request, CompositeImage& out)
     const auto* depth = depths.as<const float>();
     const auto* color = colors.as<const std::array<float, 4>>();
     out.window = request.band;
-    // Capture methods do not write to areas without fragments, where the buffers may hold values of
-    // an earlier band. These areas get default values.
+    // Pixels without fragments get default values. Capture methods do not write these pixels, so
+    // the buffers may hold values of an earlier band there.
     out.rgba.assign(pixels, {});
     out.opacity.assign(pass_context_.settings.tinted ? pixels : 0, {});
     out.z.assign(pixels, std::numeric_limits<float>::infinity());

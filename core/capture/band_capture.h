@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Capture of one band of one view on the GPU: counts, captures or composites.
+// Capture of one band of one view on the GPU: counting, capturing and compositing.
 #pragma once
 
 #include <algorithm>
@@ -33,8 +33,8 @@ struct BandRequest {
     Window band;
     std::span<const std::uint32_t> counts;  ///< number of fragments in each pixel, from count()
     std::uint32_t layers = 0;               ///< number of nearest layers to keep; 0 = all
-    /// Whether layers() outputs draw-order keys as the first extra array. It always does so for
-    /// hits.
+    /// Whether layers() outputs draw-order keys as the first extra array. Ignored for hits, which
+    /// always have keys.
     bool keys = false;
     /// Whether to capture only the transparent fragments in front of the OpaqueTarget's fragments.
     bool in_front = false;
@@ -44,8 +44,7 @@ struct BandRequest {
     }
 };
 
-/// The fragment lists of a captured band. They are in the GPU's buffers, or are being copied to the
-/// CPU.
+/// The fragment lists of a captured band, in the GPU's buffers or in copies for the CPU.
 struct BandLists {
     Window band;
     std::uint32_t layers = 0;          ///< as in BandRequest
@@ -93,8 +92,8 @@ class BandCapture {
     int layers(LayerMethod& method, const BandRequest& request, LayeredImage& out);
 
     /// Captures a band's fragments as layers() does, without channels, but sorts them on the GPU
-    /// and leaves them in its buffers. They are valid until the next capture of any kind. Shaders
-    /// and commands may read them without a barrier.
+    /// and leaves them in GPU buffers. The buffers' contents are valid until the next capture of
+    /// any kind. Shaders and commands may read the buffers without a barrier.
     GlLayers layersOnGpu(LayerMethod& method, const BandRequest& request);
 
     /// Whether the GPU can capture a band while the CPU sorts another. False for software renderers
@@ -142,7 +141,7 @@ class BandCapture {
     /// at the same time; 0 if bands do not overlap.
     std::uint64_t copiedFragmentBytes() const { return overlaps() ? 2 * fragmentBytes() : 0; }
     std::uint64_t copiedPixelBytes() const {
-        // List heads and list starts of both bands.
+        // The list heads and the list starts of both bands.
         return overlaps() ? 4 * sizeof(std::uint32_t) : 0;
     }
     /// Returns the number of pixels in the largest raster tile that the crop touches.
@@ -200,7 +199,7 @@ class BandCapture {
     void forEachTile(const Window& band, F&& f) {
         for (const Window& tile : rasterizer_.tilesOf(band)) {
             f(tile, intersect(tile, band));
-            // Tiles have separate pixels but share the buffers.
+            // Tiles have no pixels in common, but their shaders access the same buffers.
             gl().MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
         }
     }
@@ -240,7 +239,7 @@ class BandCapture {
     void sortLists(const BandLists& lists, const std::uint32_t* stored, const float* values,
                    LayeredImage& out);
     void setListHeads(std::span<const std::uint32_t> list_heads);
-    /// Draws another geometry pass, which runs channels.frag for the captured fragments.
+    /// Runs channels.frag for the captured fragments, in another geometry pass.
     void drawChannels(BandLists& lists);
     void addChannels(const BandLists& lists, const CapturedFragments& captured,
                      std::span<std::uint32_t> sources, const float* values, LayeredImage& out);

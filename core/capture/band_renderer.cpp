@@ -13,8 +13,8 @@
 namespace peeler {
 namespace {
 
-// The number of rows of a composite that are passed on at once. It is small, so that the memory of
-// the rows is soon reused.
+// The number of rows of a composite that are passed on at once. A small number lets the rows'
+// memory be reused soon.
 constexpr int kRowsHandedOver = 128;
 
 /// Creates the lighting of the scene. Counts the time in the stage "upload", because prefiltering
@@ -186,8 +186,8 @@ void BandRenderer::renderVisible(const Window& band, const BandLimits& limits, c
     const Window seen = intersect(band, plan_->drawn);
     if (seen.empty()) return handOverEmpty(band.y0, band.y1);
     handOverEmpty(band.y0, seen.y0);
-    // Averaging several samples, or joining several raster tiles, completes rows only at the end of
-    // the band. Otherwise, rows can be passed on earlier.
+    // With several samples or several raster tiles side by side, rows are complete only at the end
+    // of the band. Otherwise, rows can be passed on earlier.
     const std::size_t samples = plan_->positions.size();
     const bool whole = samples > 1 || capture_.tilesAcross(seen) > 1;
     if (whole) beginMean(seen, composite_, tinted);

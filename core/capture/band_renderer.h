@@ -49,9 +49,8 @@ class BandRenderer {
     /// captured layers are composited on the CPU.
     const PlanMethods& methods() const { return methods_; }
     /// Whether the GPU captures a band while the CPU sorts the previous band and passes it on. True
-    /// only for layers that need no further processing.
+    /// only for layers that are neither merged nor composited.
     bool overlapsBands() const;
-    /// Returns the costs of the plan's bands.
     BandBudget budget() const;
     /// Frees the buffers of earlier bands, even of other plans. Otherwise a budget would count
     /// these buffers twice: as resident memory, and as memory that the next bands need. Keeps the
@@ -66,7 +65,7 @@ class BandRenderer {
     /// buffers (BandCapture::layersOnGpu()).
     GlLayers renderOnGpu(const Window& band);
     /// Renders all bands. The GPU captures a band while the CPU sorts and passes on the previous
-    /// one.
+    /// band.
     void renderOverlapping(std::span<const Window> bands, const TakeBand& take);
     /// Renders a band of a plan with `opaque_first`, without fragments behind opaque surfaces.
     void renderVisible(const Window& band, const BandLimits& limits, const TakeBand& take,

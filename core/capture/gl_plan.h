@@ -17,8 +17,8 @@
 
 namespace peeler {
 
-// The maximum size of planning results to keep for the capture is 1/kKeptShare of the budget or,
-// without a budget, kKeptBytes. Larger results are not kept but computed again.
+// The size limit of planning results that are kept for the capture: 1/kKeptShare of the budget or,
+// without a budget, kKeptBytes. Larger results are computed again.
 inline constexpr std::uint64_t kKeptShare = 6;
 inline constexpr std::uint64_t kKeptBytes = 256ULL << 20;
 
@@ -31,7 +31,7 @@ struct GlPlan final : CapturePlan::Details {
     bool opaque_first = false;            ///< whether to use compositeVisible()
     Window drawn{};  ///< if opaque_first, the window that can contain fragments
 
-    /// For each row: the number of clip-mesh surfaces, the maximum over the views.
+    /// By row: the number of clip-mesh surfaces, maximum over the views.
     std::vector<std::uint64_t> clip_rows{};
     std::optional<DepthComplexity> counted{};  ///< depth complexity of all samples together
     std::optional<DepthComplexity> merged{};   ///< depth complexity after the samples are merged

@@ -108,8 +108,8 @@ void GlPlanner::report(double from, double to, double share) const {
     if (progress_) progress_(plan_.share * (from + (to - from) * share));
 }
 
-/// Skips the fragments behind opaque surfaces if that does not change the composite. Other
-/// composites need them: approximations average all fragments, and layer limits count them.
+/// Skips the fragments behind opaque surfaces for exact composites of all layers. Approximations
+/// average all fragments, and layer limits count them.
 void GlPlanner::chooseSurfaces() {
     CaptureSettings& settings = plan_.settings;
     if (!skipsHidden(settings) || std::ranges::none_of(draws_.draws(), &Draw::opaque)) return;
@@ -119,14 +119,14 @@ void GlPlanner::chooseSurfaces() {
     if (methods.composite || !methods.layers->takesOpaqueFirst() || !settings.clip.nodes.empty() ||
         settings.depth_clamp)
         return;
-    plan_.opaque_first = true;  // the costs below depend on it
+    plan_.opaque_first = true;  // costs() below depends on opaque_first
     plan_.opaque_first =
         hasRoom(settings.memory, usedBytes(settings.memory), renderer_.budget().costs());
     if (plan_.opaque_first) plan_.drawn = renderer_.capture().drawnWindow();
 }
 
-/// Composites all samples if there is room to keep the composites; returns whether it did. Counting
-/// the visible fragments alone would take nearly as long as compositing them.
+/// Composites all samples and returns true if there is room to keep the composites. Counting the
+/// visible fragments alone would take nearly as long as compositing them.
 bool GlPlanner::compositeSamples() {
     const Window& crop = plan_.view.crop;
     const std::uint64_t composite_bytes = CompositeImage::pixelBytes(plan_.settings.tinted);

@@ -11,13 +11,14 @@
 
 namespace peeler {
 
-/// Throws Error (kUsage) if settings contradict each other whatever the scene is: an unknown
+/// Throws Error (kUsage) if settings contradict each other, regardless of the scene: an unknown
 /// method, a composite-only method for layers, a layer limit for a method that captures all layers
 /// at once, a blended tail without a composite.
 void checkSettings(const CaptureSettings& settings);
 
-/// Whether a capture may skip fragments behind opaque surfaces: its composite is exact and has all
-/// layers. Opaque fragments have alpha 1, so hidden fragments cannot change such a composite.
+/// Whether a capture may skip fragments behind opaque surfaces because its composite is exact and
+/// has all layers. Opaque fragments have alpha 1, so hidden fragments cannot change such a
+/// composite.
 bool skipsHidden(const CaptureSettings& settings);
 
 /// The planner of one plan.

@@ -21,7 +21,7 @@ class BorrowedState;
 }  // namespace gl
 
 /// A GL context and the scenes uploaded to it, which are kept for later renders. A session belongs
-/// to the thread on which its context is current. If the context is borrowed, its owner may make it
+/// to the thread on which its context is current. The owner of a borrowed context may make it
 /// current on another thread.
 class GlSession {
   public:
@@ -52,7 +52,7 @@ class GlSession {
     bool findGpu(std::string& reasons);
 
     /// Returns the renderer of the scene in this pose, uploaded to the context of this device.
-    /// `index` is the number of the posed scene in the file. If `scene` is null, the session does
+    /// `index` is the index of the posed scene in the file. If `scene` is null, the session does
     /// not own the scene, and the scene of `posed` must remain valid until closeUnowned(). Throws
     /// like context() and GlRenderer().
     GlRenderer& renderer(const gl::ContextRequest& device,
@@ -72,8 +72,8 @@ class GlSession {
     /// Restores the owner's GL state in a borrowed context.
     void giveBack();
     /// Cleans up after a render that threw: closes the uploads, which may be in any state; restores
-    /// the owner's GL state; closes the context if the device was lost. Does nothing in a session
-    /// for borrowed contexts if no context is borrowed at the moment.
+    /// the owner's GL state; closes the context if the device was lost. Does nothing if the session
+    /// is for borrowed contexts and no context is borrowed.
     void giveUp(bool device_lost);
     /// Returns and clears the GL errors that were pending when the context was borrowed: each code
     /// once, oldest first.

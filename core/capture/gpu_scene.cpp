@@ -23,8 +23,8 @@ namespace {
 /// snapped coordinates.
 constexpr double kPixelMargin = 2;
 
-/// The maximum relative error of a clip coordinate. The coordinate is a sum of four products, of a
-/// matrix entry and a coordinate each, and every operation rounds to float.
+/// The maximum relative error of a clip coordinate. The coordinate is the sum of four products
+/// (matrix entry times coordinate), and every operation rounds to float.
 constexpr double kClipRounding = 8.0 / (1 << 24);
 
 }  // namespace
@@ -110,7 +110,6 @@ std::size_t alignedBytes(const Attributes& list) {
     return bytes;
 }
 
-/// Copies the arrays into the buffer, one after another.
 template <class Attributes>
 void copy(const Attributes& list, std::byte* to) {
     for (const Attribute& a : list) {
@@ -225,7 +224,7 @@ void GpuGeometry::setDeformed(const PosedScene& posed) {
 namespace {
 
 // The stride of material records. Every draw binds a single std140 record, and GL implementations
-// may require its offset to be a multiple of up to 256 bytes.
+// may require an alignment of up to 256 bytes.
 constexpr std::size_t kMaterialStride = (sizeof(shader::MaterialRecord) + 255) / 256 * 256;
 
 gl::Texture uploadImage(const gl::Functions& gl, const Image& image, bool srgb, int largest) {

@@ -25,7 +25,7 @@ struct Box {
 };
 
 /// Returns the window, y up, of the pixels that the box can touch in a viewport of this size. The
-/// window covers every touched pixel despite the GPU's single-precision rounding, and often some
+/// window covers every touched pixel despite the GPU's single-precision rounding, and may cover
 /// more. It covers all pixels if the box extends behind the eye.
 Window screenBounds(const Box& box, const glm::dmat4& clip_from_model, int width, int height);
 

@@ -35,8 +35,8 @@ class LayerMethod {
   public:
     virtual ~LayerMethod() = default;
 
-    /// Whether capture() captures all fragments, in any order; the caller then sorts them. If
-    /// false, capture() delivers the nearest layers front to back, so a layer limit saves work.
+    /// Whether capture() captures all fragments, in any order, for the caller to sort. If false,
+    /// capture() delivers the nearest layers front to back, so a layer limit saves work.
     virtual bool takesAll() const = 0;
 
     /// Whether the method has a single geometry pass, which can then render to the list heads
@@ -61,7 +61,7 @@ class LayerMethod {
 struct CompositeArea {
     Window window;              ///< window to composite, inside the rasterizer's tile
     std::uint32_t layers = 0;   ///< maximum number of fragments per pixel to composite in order
-    std::uint32_t deepest = 0;  ///< maximum number of fragments per pixel
+    std::uint32_t deepest = 0;  ///< number of fragments of the deepest pixel
     bool tail = false;          ///< whether to blend the fragments behind `layers`
     /// Returns the number of fragments per pixel that must be composited in order. This is the
     /// maximum over all pixels whose list head shows that fragments are missing; 0 if all pixels

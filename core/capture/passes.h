@@ -98,7 +98,8 @@ class ShaderVariants {
     struct Variant {
         unsigned bits = 0;
         std::uint32_t material_flags = 0, draw_flags = 0;
-        // Bits of the texture units that have a transform, and of those that use the second UV set.
+        // Bits of the texture units with a transform, and of the texture units with the second UV
+        // set.
         std::uint32_t transformed = 0, second_uv = 0;
         std::uint32_t channels = 0;  // channels that the pass outputs, one bit each
         std::string_view stored;     // preprocessor definitions that select the fragment storage

@@ -20,8 +20,8 @@ struct FrameRecord;
 
 /// A rasteriser of the scene. Rasterisation is repeatable only with a constant viewport. Therefore
 /// the picture is divided into raster tiles, a fixed grid that depends only on the picture's size.
-/// All passes in a tile use the same viewport, for every method, band and crop; only their scissor
-/// rectangles differ. So their results agree bit for bit.
+/// All passes in a tile use the same viewport, for every method, band and crop, and differ only in
+/// their scissor rectangles. Therefore their results agree bit for bit.
 class SceneRasterizer {
   public:
     static constexpr int kTileSize = 4096;
@@ -43,10 +43,9 @@ class SceneRasterizer {
 
     /// Draws the scene into `area` (picture coordinates, inside the tile).
     void draw(const GeometryPass& pass, const Window& area);
-    /// Runs a fragment shader over `area`.
     void drawFullScreen(const FullScreenPass& pass, const Window& area);
-    /// Runs a compute shader over `area`, which is also the shader's argument. `second`: the
-    /// uniform at location 1.
+    /// Runs a compute shader over `area`. Passes the area's corners in the tile as the uniform at
+    /// location 0, and `second` as the uniform at location 1.
     void compute(std::string_view shader, std::string_view definitions, const Window& area,
                  const ShaderArgument& second = {});
 

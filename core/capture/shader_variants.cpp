@@ -98,7 +98,7 @@ ShaderVariants::Variant ShaderVariants::variantOf(const GeometryPass& pass,
     const CaptureSettings& settings = pass_context_.settings;
     Variant v;
     v.stored = storedAs(settings);
-    std::uint32_t looks_at = 0;  // material flags that the pass uses
+    std::uint32_t looks_at = 0;  // flags of the material record that the pass uses
     if (pass.describes) {
         v.bits = kVaryings | material.features * kFirstFeature;
         looks_at = kAll;

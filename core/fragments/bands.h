@@ -23,7 +23,6 @@ struct BandLimits {
     std::uint64_t row_fragments = 0;
 };
 
-/// The costs of a band.
 struct BandCosts {
     /// Memory for the buffers, for the image that goes to the sink, and for the sink.
     MemoryUse use{};

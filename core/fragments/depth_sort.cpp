@@ -128,8 +128,8 @@ void layOut(const CapturedFragments& captured, std::size_t first, std::size_t pi
     resizeAnew(out.color.data, out.offsets[pixels] * out.color.stride());
 }
 
-/// Writes each opaque fragment of a row, if the pixel has one, to the end of the pixel's list. If
-/// opacity is coloured, the opacity of each channel becomes the fragment's alpha.
+/// Writes the opaque fragment of each pixel of a row, if there is one, to the end of the pixel's
+/// list. If opacity is coloured, the fragment's alpha serves as the opacity of each channel.
 void addBehind(const std::uint32_t* fragments, const std::uint32_t* colors, LayeredImage& lists) {
     constexpr std::size_t kWords = OpaqueFragments::kWords;
     const std::size_t number = pixelTypeSize(lists.color.type), stride = lists.color.stride();

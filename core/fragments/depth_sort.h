@@ -31,7 +31,7 @@ struct CapturedFragments {
 struct OpaqueFragments {
     /// First pixel of the top row. Lower rows are stored before it.
     const std::uint32_t* fragments = nullptr;
-    /// Colours, four words per pixel, rows ordered like `fragments`.
+    /// Colours, four words per pixel, in the row order of `fragments`.
     const std::uint32_t* colors = nullptr;
 
     static constexpr std::size_t kWords = 4;

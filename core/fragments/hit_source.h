@@ -14,16 +14,15 @@
 
 namespace peeler {
 
-/// Statistics of a capture.
 struct CaptureReport {
     int passes = 0;  ///< geometry passes per band, without the count pass
     int bands = 0;
     double largest_correction = 0;  ///< largest change of a hit's Z by refinement, scene units
 };
 
-/// A capture plan, with the data that the HitSource that made it needs for the capture.
+/// A capture plan, with the capture data of the HitSource that made the plan.
 struct CapturePlan : Plan {
-    /// Data that only the HitSource understands.
+    /// Data that only this HitSource understands.
     struct Details {
         virtual ~Details() = default;
     };

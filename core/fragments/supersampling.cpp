@@ -85,10 +85,9 @@ void RowMerger::collect(std::size_t pixel) {
     });
 }
 
-/// Whether an entry may join the group. An entry may not join if the sample of any member has
-/// another fragment of the member's surface that is nearer in Z to the entry than the member. Such
-/// a fragment exists only if a surface covers the pixel more than once (front and back of a ball,
-/// folds).
+/// Whether an entry may join the group. For each member, the member must be the fragment of its
+/// surface and sample that is nearest in Z to the entry. A nearer fragment exists only if a surface
+/// covers the pixel more than once (front and back of a ball, folds).
 bool RowMerger::fits(const Group& group, const Entry& entry) const {
     for (const int member : group.members) {
         if (member < 0) continue;

@@ -35,8 +35,8 @@ using SurfaceOf = std::function<std::uint32_t(std::uint32_t primitive)>;
 /// Merges the samples of one band into fragments with coverage. The first extra array of each image
 /// holds the keys; the other extra arrays are channels. A fragment merges with fragments of other
 /// samples if all belong to the same surface, if merging keeps the order within each sample, and if
-/// no other fragment of the surface in their samples is nearer to it in Z. Different surfaces never
-/// bleed into each other.
+/// none of their samples has another fragment of the surface that is nearer to the fragment in Z.
+/// Different surfaces never bleed into each other.
 ///
 /// A merged fragment has the Z and channels of its nearest member. Fragments in front leave each
 /// sample a remaining transmittance T. The alpha of the merged fragment is the share of T that it

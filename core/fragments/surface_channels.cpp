@@ -240,8 +240,8 @@ void forEachPixel(const FragmentSources& sources, bool corners, const LayeredIma
     });
 }
 
-/// Returns groups of an image's rows, one group per task. Groups are large enough for the same
-/// triangles to occur again, which RecentElements makes use of.
+/// Returns groups of an image's rows, one group per task. Groups are large enough for
+/// RecentElements to meet the same triangles again.
 std::vector<Window> partsOf(const Window& window) {
     constexpr int kPixels = 1 << 14;
     const int rows = std::max(1, kPixels / std::max(1, window.width()));

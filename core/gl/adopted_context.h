@@ -23,9 +23,8 @@ class AdoptedContext final : public Context {
     bool current() const;
     /// Throws Error (kUsage) if this context is not current on this thread.
     void requireCurrent() const;
-    /// Makes the owners of this context's GL objects leak the objects instead of deleting them. The
-    /// current context may be a different one, where a deletion would hit objects with the same
-    /// names.
+    /// Makes the owners of this context's GL objects leak the objects instead of deleting them.
+    /// Another context may be current, in which a deletion would hit objects with the same names.
     void abandonObjects();
 
   private:

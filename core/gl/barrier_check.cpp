@@ -32,13 +32,13 @@ struct Block {
 
 /// The accesses to a buffer since the last barrier.
 struct Use {
-    GLbitfield unseen = 0;      ///< barrier bits that no barrier since the last write has had
+    GLbitfield unseen = 0;      ///< barrier bits still missing since the last write
     std::uint64_t written = 0;  ///< the last pass that wrote the buffer
     std::uint64_t read = 0;     ///< the last pass that read the buffer; 0: no pass
-    std::string writer;         ///< name of the storage block that the last write went through
+    std::string writer;         ///< name of the storage block that the last write used
 };
 
-/// The tracked state of a context: the one whose functions are checked on this thread.
+/// The tracked state of the context whose functions are checked on this thread.
 struct Checked {
     Functions actual;
     PFNGLGETPROGRAMINTERFACEIVPROC get_program_interface_iv = nullptr;

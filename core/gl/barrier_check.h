@@ -13,9 +13,9 @@ namespace peeler::gl {
 /// a pass writes a storage buffer that an earlier pass read, or before a command or the CPU
 /// accesses a storage buffer that a pass wrote. Software renderers often tolerate a missing
 /// barrier; GPUs may not. A pass begins when a framebuffer is bound or work is dispatched. Accesses
-/// within a pass are not checked, since shaders use atomics there. Call this once for the functions
-/// of a context, on its thread. If a thread has several contexts, only the last one may be used. If
-/// the variable is not set, this does nothing and costs nothing.
+/// within a pass are not checked, since shaders use atomics there. Must be called once for the
+/// functions of a context, on the context's thread. If a thread has several contexts, only the last
+/// checked context may be used. If the variable is not set, does nothing.
 void checkBarriers(Functions& functions, const ProcAddress& lookup);
 
 }  // namespace peeler::gl

@@ -123,8 +123,8 @@ void writePixelStore(const Functions& gl, GLenum parameter, const StateValues& v
     gl.PixelStorei(parameter, asInt(values[0]));
 }
 
-/// Writes the non-indexed binding of a buffer target. A buffer that no longer exists (GlLayers) is
-/// replaced by none, as GL does when it deletes a bound buffer.
+/// Writes the non-indexed binding of a buffer target. If the buffer no longer exists (GlLayers),
+/// binds no buffer, as GL does when it deletes a bound buffer.
 template <GLenum Target>
 void writeBuffer(const Functions& gl, GLenum, const StateValues& values) {
     gl.BindBuffer(Target, 0);
@@ -148,7 +148,7 @@ StateValues readBindings(const Functions& gl, GLenum binding, GLenum start, GLen
     return values;
 }
 
-/// Writes every binding. A buffer that no longer exists is replaced by none.
+/// Writes every binding. If a buffer no longer exists, binds no buffer in its place.
 template <GLenum Target>
 void writeBindings(const Functions& gl, GLenum, const StateValues& values) {
     for (std::size_t i = 0; i + 2 < values.size(); i += 3) {
@@ -562,8 +562,8 @@ constexpr std::array<QueryRow, 6> kQueries = {{
     {GL_TIME_ELAPSED, "GL_TIME_ELAPSED", false},
 }};
 
-/// Whether conditional rendering is active. GL has no query for this. So this function begins
-/// conditional rendering, which is an error if it is active already.
+/// Whether conditional rendering is active. GL has no query for this, so this function tries to
+/// begin conditional rendering: GL raises an error if conditional rendering is already active.
 bool rendersConditionally(const Functions& gl) {
     GLuint query = 0;
     gl.CreateQueries(GL_SAMPLES_PASSED, 1, &query);

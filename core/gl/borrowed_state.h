@@ -10,8 +10,8 @@
 
 namespace peeler::gl {
 
-/// The values of one row of the state table. A double holds them exactly. (It would round 64-bit
-/// integers above 2^53, but no buffer has such an offset or size.)
+/// The values of one row of the state table. Exact as doubles, because the only 64-bit integers are
+/// buffer offsets and sizes, which never exceed 2^53.
 using StateValues = std::vector<double>;
 
 /// A row of the state table (OpenGL 4.5 core, 23, "State Tables").
@@ -51,8 +51,8 @@ std::vector<GLenum> takeErrors(const Functions& gl);
 void requireNothingBegun(const Functions& gl);
 
 /// A scope: sets every row of the table to the values that peeler needs, and restores the previous
-/// values on destruction. The context must be current at both times. Clears GL errors raised while
-/// restoring.
+/// values on destruction. The context must be current at construction and destruction. Clears GL
+/// errors raised while restoring.
 class BorrowedState {
   public:
     explicit BorrowedState(const Functions& gl);

@@ -18,8 +18,8 @@
 namespace peeler::gl {
 namespace {
 
-// The table of backends, in the order in which `auto` tries them. OSMesa is last, because Mesa no
-// longer has it since version 25.1.
+// The table of backends, in the order in which `auto` tries them. OSMesa is last, because Mesa 25.1
+// dropped it.
 constexpr std::array<Backend, 2> kBackends = {{
     {"egl", eglCandidates},
     {"osmesa", osmesaCandidates},

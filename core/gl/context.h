@@ -77,15 +77,14 @@ struct ContextRequest {
     bool require_gpu = false;      ///< whether to refuse software renderers
     bool core_only = false;        ///< whether to use OpenGL 4.5 core without extensions
 
-    /// Whether the request chooses a device.
     bool choosesDevice() const { return backend != "auto" || device.given() || require_gpu; }
     bool operator==(const ContextRequest&) const = default;
 };
 
 /// Makes a context current on this thread. Never uses a GPU that CUDA_VISIBLE_DEVICES hides, even
 /// on request. `failed_attempts` (may be null) receives one sentence for each device tried before
-/// the usable one. Throws Error (kDevice) that lists every attempt, or the existing devices if the
-/// requested one does not exist; (kUsage) if the backend is unknown.
+/// the usable one. Throws Error (kDevice) with a list of all attempts or, if the requested device
+/// does not exist, of the existing devices; (kUsage) if the backend is unknown.
 std::unique_ptr<Context> createContext(const ContextRequest& request,
                                        std::vector<std::string>* failed_attempts = nullptr);
 

@@ -76,8 +76,8 @@ class OsmesaContextHolder final : public Context {
     std::array<std::uint32_t, static_cast<std::size_t>(kSize) * kSize> buffer_{};
 };
 
-/// Opens a context. Loads the OSMesa library only now: it loads LLVM, which a run on a GPU does not
-/// need.
+/// Opens a context. Loads the OSMesa library only now, because the library loads LLVM, which a run
+/// on a GPU does not need.
 std::unique_ptr<Context> openOsmesaContext(const Device& device, std::string& problem) {
     problem = osmesaLibrary().problem;
     if (!problem.empty()) return nullptr;

@@ -63,8 +63,8 @@ Fence::Fence(const Functions& gl) : sync_(gl.FenceSync(GL_SYNC_GPU_COMMANDS_COMP
 }
 
 void Fence::wait() const {
-    // The timeout. It is needed for drivers that do not report a lost context. With other drivers,
-    // the wait ends when the context is lost.
+    // The timeout, for drivers that do not report a lost context. With other drivers, the wait ends
+    // when the context is lost.
     constexpr GLuint64 kNanoseconds = 600'000'000'000;
     const Functions& gl = *sync_.get_deleter().gl;
     const GLenum came = gl.ClientWaitSync(sync_.get(), 0, kNanoseconds);
@@ -88,7 +88,7 @@ void ReadBack::copy(const Functions& gl, const Buffer& from, std::size_t bytes) 
         *this = {};  // free the old buffer first, so that two are never held
         *this = ReadBack(gl, bytes);
     }
-    // The first barrier bit is for this copy. The second is for later passes that write to the
+    // The first barrier bit is for this copy. The second bit is for later passes that write to the
     // copied buffer.
     gl.MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT | GL_SHADER_STORAGE_BARRIER_BIT);
     gl.CopyNamedBufferSubData(from.name(), name(), 0, 0, static_cast<GLsizeiptr>(bytes));

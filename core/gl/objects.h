@@ -191,7 +191,6 @@ struct PassState {
     bool depth_clamp = false;
     std::array<Blend, kMaxAttachments> blend{};  ///< blending with each colour attachment
 };
-/// Sets the whole state.
 void apply(const Functions& gl, const PassState& state);
 
 }  // namespace peeler::gl

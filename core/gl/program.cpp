@@ -88,9 +88,9 @@ std::string infoLog(GLuint name, GetIv get_iv, GetLog get_log) {
     return log;
 }
 
-/// Saves a program's shaders, as passed to the driver, to the folder PEELER_SAVE_SHADERS. They
-/// serve for bug reports about a driver, and as input for other GLSL compilers. The files of a
-/// program have the same stem.
+/// Saves a program's shaders, as passed to the driver, to the folder PEELER_SAVE_SHADERS: for bug
+/// reports about a driver, and as input for other GLSL compilers. All files of a program have the
+/// same stem.
 void save(std::span<const std::string_view> files, std::span<const std::string> texts) {
     const char* folder = std::getenv("PEELER_SAVE_SHADERS");
     if (!folder || !*folder) return;

@@ -15,7 +15,7 @@
 namespace peeler {
 
 /// A sink that passes bands to another sink on its own thread. write() waits until the previous
-/// band is written, takes the new band, and returns the storage of the previous one in its
+/// band is written, takes the new band, and returns the storage of the previous band in its
 /// argument. finish() waits for the last band and starts the other sink's finish(). wait() waits
 /// for everything, including the other sink's finish(). If no thread can be started, the caller
 /// does all the work. An exception from the other sink is rethrown by the next of these calls.

@@ -10,8 +10,8 @@
 namespace peeler {
 
 /// A downscaling filter: every pixel of the result is the average of the area that it covers in the
-/// source. A source pixel across an edge contributes to both sides, weighted by area. Expects
-/// linear light, premultiplied.
+/// source. A source pixel that straddles several pixels of the result contributes to each in
+/// proportion to their overlap. Expects linear light, premultiplied.
 class BoxFilter {
   public:
     using Pixel = TintedColor;

@@ -15,8 +15,8 @@
 namespace peeler {
 
 /// Returns the name of an array: the name of the Channel with the same components, if there is one.
-/// Otherwise it is the first component's name; if the array has several components, only the part
-/// before the last dot.
+/// Otherwise the first component's name or, if the array has several components, the part of that
+/// name before the last dot.
 std::string nameOf(const FragmentArray& array);
 
 /// Returns an empty array (no fragments) for a channel. `color_type` is the pixel type of colours.

@@ -11,8 +11,8 @@
 
 namespace peeler {
 
-/// Statistics of absolute differences. The difference of equal infinities is 0, and so is that of
-/// two NaNs. The difference of a NaN and a number is infinite.
+/// Statistics of absolute differences. The difference of two equal infinities or of two NaNs is 0.
+/// The difference of a NaN and a number is infinite.
 struct DifferenceStatistics {
     std::uint64_t values = 0;
     double largest = 0, sum = 0, sum_of_squares = 0;
@@ -45,7 +45,7 @@ struct FragmentDifference {
 
 struct LayeredDifference {
     std::uint64_t pixels = 0;
-    std::uint64_t count_pixels = 0;   ///< number of pixels whose numbers of fragments differ
+    std::uint64_t count_pixels = 0;   ///< number of pixels in which the numbers of fragments differ
     std::uint32_t largest_count = 0;  ///< largest difference in a pixel's number of fragments
     FragmentDifference all;
     std::vector<FragmentDifference> layers;  ///< differences of each layer, front to back

@@ -122,8 +122,9 @@ struct Neighbourhood {
     bool visible;  ///< whether the contrast is high enough to filter
 };
 
-/// The end of an edge. An edge runs between pairs of pixels, one on each side. It ends at the first
-/// pair whose mean luma differs from that of the pair where the search begins.
+/// The end of an edge. An edge runs between two lines of pixels, and is searched pair by pair (one
+/// pixel from each line). It ends at the first pair whose mean luma differs from the mean luma of
+/// the pair where the search begins.
 struct EdgeEnd {
     int distance;  ///< distance to the pair, in pixels; kFxaaReach + 1 if no pair differs
     float change;  ///< mean luma of the pair minus mean luma of the pair where the search begins
@@ -148,15 +149,14 @@ float edgeShift(const Luma& luma, Pixel p, Pixel across) {
     const Pixel along{across.y, across.x};
     const EdgeEnd a = findEnd(luma, p, -along, across), b = findEnd(luma, p, along, across);
     const EdgeEnd& nearest = a.distance < b.distance ? a : b;
-    // Only one side of the edge is blended. It is the side in which the luma changes towards the
-    // other side's luma at the nearest end.
+    // Blends p only if, at the nearest end, the mean luma changes towards the luma on the other
+    // side of the edge.
     const bool darker = luma[p] < luma[p + across];
     if (darker ? !(nearest.change > 0) : !(nearest.change < 0)) return 0;
     const auto run = static_cast<float>(a.distance + b.distance - 1);
     return 0.5F - (static_cast<float>(nearest.distance) - 0.5F) / run;
 }
 
-/// A filtered pixel.
 struct Filtered {
     TintedColor color;
     float z;
@@ -196,8 +196,8 @@ class Filter {
     Filtered operator()(Pixel p) const {
         const Neighbourhood around(dark_, p);
         if (!light_) return filter(dark_, around, p);
-        // An edge without contrast when black is behind the background may have contrast when
-        // white is there. Uses the luma with more contrast.
+        // Some edges have contrast only with black behind the background, others only with white.
+        // Uses the luma with more contrast.
         const Neighbourhood other(*light_, p);
         return other.range > around.range ? filter(*light_, other, p) : filter(dark_, around, p);
     }
@@ -220,8 +220,8 @@ class Filter {
         return mean(across(luma, p, {0, 1}, least), across(luma, p, {1, 0}, least));
     }
 
-    /// Blends p with p + step or p − step, whichever has more contrast to p. If their contrasts are
-    /// equal, uses the mean of both blends.
+    /// Blends p with the neighbour, p + step or p − step, that has more contrast to p. If the
+    /// contrasts are equal, uses the mean of both blends.
     Filtered across(const Luma& luma, Pixel p, Pixel step, float least) const {
         const float next = std::abs(luma[p + step] - luma[p]);
         const float previous = std::abs(luma[p + -step] - luma[p]);
@@ -263,7 +263,7 @@ void applyFxaa(const CompositeImage& picture, const Color& background, int y0, i
 
 namespace {
 
-// The bytes to filter at once. They are enough to keep many threads busy, here and in the encoder.
+// The bytes to filter at once, enough to keep many threads busy here and in the encoder.
 constexpr std::uint64_t kSliceBytes = 32U << 20;
 constexpr int kLeastSlice = 16, kMostSlice = 256;  // minimum and maximum number of rows per slice
 

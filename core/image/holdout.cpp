@@ -95,8 +95,8 @@ class MatteList {
     const LayeredImage& matte_;
     const FragmentChannel& back_;
     std::uint32_t next_, end_;
-    PerChannel passed_ = kNothingInFront;  ///< of the fragments that end in front of the depth
-    std::vector<Volume> volumes_;          ///< those that the depth is inside of
+    PerChannel passed_ = kNothingInFront;  ///< transmittance of fragments ending before the depth
+    std::vector<Volume> volumes_;          ///< volumes that contain the depth
 };
 
 /// Adds the channels AR, AG and AB to the colours.

@@ -14,18 +14,19 @@ enum class SameDepth : std::uint8_t { kBehind, kInFront };
 
 /// Holds `image` out by `matte`: afterwards, the composite of each list down to any depth is the
 /// sum of cᵢ · Tᵢ · Mᵢ over its fragments i, where cᵢ is the fragment's premultiplied colour, Tᵢ
-/// the transmittance of the image's own fragments before it, and Mᵢ that of the matte's fragments
-/// in front. Hence composites of elements that hold each other out add up to the composite of all.
+/// the transmittance of the image's own fragments in front of it, and Mᵢ the transmittance of the
+/// matte's fragments in front of it. Hence composites of elements that hold each other out add up
+/// to the composite of all elements.
 ///
-/// Multiplying alpha by M would hide too little behind a fragment that the matte covers in part.
-/// So fragment i gets the weight Mᵢ · Tᵢ / (1 − Sᵢ), where Sᵢ is the opacity shown before it: Sᵢ₊₁
-/// = Sᵢ + (1 − Sᵢ) · wᵢ · αᵢ. Fragments with weight 0 are removed; those without a matte in front
-/// of their list's beginning stay the same, bit for bit.
+/// Multiplying alpha by M would hide too little behind a fragment that the matte covers in part. So
+/// fragment i gets the weight Mᵢ · Tᵢ / (1 − Sᵢ), where Sᵢ is the opacity shown before it: Sᵢ₊₁ =
+/// Sᵢ + (1 − Sᵢ) · wᵢ · αᵢ. Fragments with weight 0 are removed. Fragments in front of the whole
+/// matte stay the same, bit for bit.
 ///
 /// The windows may differ; there is no matte outside the matte's window. A matte with the channel
-/// ZBack is a volume from Z to ZBack: in it, transmittance falls as (1 − α) to the power of the
-/// share passed (OpenEXR, "Interpreting OpenEXR Deep Pixels"). If the matte's opacity is coloured,
-/// so is the image's afterwards.
+/// ZBack is a volume from Z to ZBack: inside the volume, the transmittance is (1 − α)^s, where s is
+/// the share of the volume in front of the depth (OpenEXR, "Interpreting OpenEXR Deep Pixels"). If
+/// the matte's opacity is coloured, the image's opacity becomes coloured, too.
 void holdOut(LayeredImage& image, const LayeredImage& matte, SameDepth same_depth);
 
 /// Keeps only the selected fragments, held out by the unselected fragments as in holdOut().

@@ -63,7 +63,7 @@ struct LayerSelection {
 };
 
 /// Removes the fragments of unselected layers, in place and from every array of `image`. Fragments
-/// behind a removed one move forward in their pixel's list.
+/// behind a removed fragment move forward in their pixel's list.
 void keepLayers(LayeredImage& image, const LayerSelection& selection);
 
 /// A set of ids: the ids in `listed` or, if `others`, all ids that are not in `listed`.
@@ -76,18 +76,19 @@ struct IdSet {
 };
 
 /// A selection of fragments by their channels id.object and id.material. A fragment is selected if
-/// both of its ids are.
+/// both ids are in their sets.
 struct ObjectSelection {
     IdSet objects{}, materials{};
 };
 
-/// Returns a mark for each fragment: 1 if it is selected. If a channel is missing, its ids are 0.
+/// Returns a mark for each fragment: 1 if selected, 0 if not. If a channel is missing, its ids are
+/// 0.
 std::vector<char> markObjects(const LayeredImage& image, const ObjectSelection& selection);
 
 /// Removes the fragments with mark 0 in the same way as keepLayers().
 void keepMarked(LayeredImage& image, const std::vector<char>& marked);
 
-/// Removes unselected fragments in the same way.
+/// Removes unselected fragments in the same way as keepLayers().
 void keepObjects(LayeredImage& image, const ObjectSelection& selection);
 
 /// Extracts one layer as an image with at most one fragment per pixel. Overwrites `out` and reuses

@@ -164,8 +164,8 @@ void ObjectMaskSink::begin(const Plan& plan) {
 SinkMemory ObjectMaskSink::memory(const Plan& plan) const {
     const std::uint64_t fragments = plan.fragments_stored;
     const std::uint64_t pixels = options_.picture.pixels();
-    // A run ends at the end of a row or before a pixel outside the set. So runs begin at every
-    // second pixel at most.
+    // Runs in a row have pixels outside the set between them, so at most every second pixel begins
+    // a run.
     const std::uint64_t every_other =
         table_.objects *
         (pixels / 2 + pixels % 2 + static_cast<std::uint64_t>(options_.picture.height()));
@@ -244,7 +244,7 @@ View canvasOf(const View& view, int times, Window& picture) {
     canvas.projection.half_width *= static_cast<double>(canvas.width) / view.width;
     canvas.projection.half_height *= static_cast<double>(canvas.height) / view.height;
     // In the canvas's display window, a pixel at x moves to x + around · width. The canvas begins
-    // `around · width` before the moved crop, so its first x is the crop's old one.
+    // `around · width` before the moved crop, so its x0 is the original crop's x0.
     canvas.crop = {view.crop.x0, view.crop.y0, view.crop.x0 + times * width,
                    view.crop.y0 + times * height};
     picture = {canvas.crop.x0 + around * width, canvas.crop.y0 + around * height,

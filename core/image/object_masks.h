@@ -13,8 +13,8 @@
 
 namespace peeler {
 
-/// A map from fragments to objects, based on the fragments' channel `id`. Numbers are positions in
-/// the caller's list, from 1.
+/// A map from fragments to objects, based on the fragments' channel `id`. Object numbers are
+/// positions in the caller's list, counted from 1.
 struct ObjectTable {
     /// Whether objects are materials (id.material) instead of nodes (id.object).
     bool by_material = false;
@@ -94,8 +94,8 @@ struct ObjectMaskOptions {
     /// The picture's window in the plan's crop. Masks have only its pixels; the silhouettes on the
     /// canvas (`canvas_pixels`, `canvas_box`) have all pixels of the crop.
     Window picture{};
-    /// The minimum opacity (A) of a visible fragment. A pixel's visible fragment is the first with
-    /// at least this opacity. If all have less, it is the first fragment.
+    /// The minimum opacity (A) of a visible fragment. A pixel's visible fragment is the first
+    /// fragment with at least this opacity or, if all fragments have less, the first fragment.
     float see_through = 0;
     bool layers = false;           ///< whether to keep the object numbers of all fragments
     std::uint64_t more_bytes = 0;  ///< memory that the caller needs for the finished picture
@@ -138,7 +138,7 @@ class ObjectMaskSink final : public Sink {
 };
 
 /// Returns a view whose crop is a canvas around the crop of `view`. The canvas has `times` (odd)
-/// times as many pixels in each direction. Pixels keep their size, and those of the original crop
+/// times as many pixels in each direction. Pixels keep their size, and the original crop's pixels
 /// keep their rays. Sets `picture` to the window of the original crop in the canvas. Throws Error
 /// (kUsage) if the canvas is too large.
 View canvasOf(const View& view, int times, Window& picture);

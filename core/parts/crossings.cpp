@@ -85,7 +85,7 @@ Meeting planarMeeting(const Corners3& a, const Corners3& b, int shared, double n
     const double gap = planarGap(a, b, na);
     if (gap > near) return Meeting::kApart;
     if (gap >= -near) return shared > 0 ? Meeting::kApart : Meeting::kTouch;
-    // Where two bodies are in contact, faces overlap and look in opposite directions. If such faces
+    // Faces of two bodies in contact overlap and look in opposite directions. If opposite faces
     // share a corner, the surface is folded onto itself instead.
     if (glm::dot(na, nb) < 0 && shared == 0) return Meeting::kTouch;
     return Meeting::kCross;
@@ -102,8 +102,8 @@ Meeting meetingOf(const Corners3& a, const Corners3& b, int shared, double near)
     if (allOnOneSide(da)) return Meeting::kApart;
     const bool flat = db == Distances{} || da == Distances{};
     if (flat) {
-        // If only one of the triangles lies in the plane of the other, one is a sliver, whose plane
-        // is arbitrary. Slivers do not count as crossing.
+        // If only one of the triangles lies in the other's plane, one of the two is a sliver, whose
+        // plane is arbitrary. Slivers do not count as crossing.
         if (db != Distances{} || da != Distances{})
             return shared > 0 ? Meeting::kApart : Meeting::kTouch;
         return planarMeeting(a, b, shared, near);
@@ -144,7 +144,8 @@ std::uint64_t visitMeetings(const TriangleTree& tree, double near, std::uint32_t
                    const Corners3 others = mesh.corners(s);
                    if (!overlap(box, boundsOf(others))) return;
                    const int shared = mesh.sharedCorners(triangle, s);
-                   if (shared == 3) return;  // a duplicate; it is reported as crowded edges
+                   // a duplicate triangle; its edges are reported as crowded
+                   if (shared == 3) return;
                    ++compared;
                    const Meeting meeting = meetingOf(corners, others, shared, near);
                    if (meeting != Meeting::kApart) visit(s, meeting);

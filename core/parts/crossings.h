@@ -41,7 +41,7 @@ struct Crossings {
     std::vector<char> touched;
 };
 Crossings findCrossings(const TriangleTree& tree, const Progress& progress = {});
-/// Returns 1 for each triangle of the mesh that another one crosses, else 0. Complete unless
+/// Returns 1 for each triangle of the mesh that another triangle crosses, else 0. Complete unless
 /// Crossings::more.
 std::vector<char> crossedTriangles(const Crossings& crossings);
 

@@ -159,8 +159,8 @@ void FreeArea::add(const std::array<glm::dvec3, 3>& other, bool before) {
     if (above == 0 || above == 3) return;
     // The line is the segment where the other triangle crosses a plane just in front of this
     // triangle; so a corner within `near_` counts as below the plane. The segment begins at the
-    // other triangle's side that descends through the plane and ends at the side that ascends. So
-    // the other triangle's body is to the left of the segment.
+    // other triangle's side that descends through the plane and ends at the side that ascends. The
+    // other triangle's body is then to the left of the segment.
     Line line{};
     for (std::size_t i = 0; i < 3; ++i) {
         const std::size_t k = (i + 1) % 3;
@@ -214,7 +214,7 @@ FreeArea::Place FreeArea::moved(const Place& from, const glm::dvec2& at,
 double FreeArea::inCell(const Polygon& cell, const std::vector<Line>& lines, const Place& known,
                         int depth) {
     limit_.take(1 + lines.size());
-    // The whole cell is covered.
+    // The whole cell is covered, since the winding number cannot reach 0 in the cell.
     if (static_cast<std::size_t>(std::abs(known.winding)) > lines.size()) return 0;
     if (lines.empty()) return areaOf(cell);
     if (depth == kMostHalvings || limit_.exceeded()) return 0;
@@ -229,8 +229,8 @@ double FreeArea::inCell(const Polygon& cell, const std::vector<Line>& lines, con
             for (const Line& line : lines)
                 if (goesThrough(line.p, line.q, halves[i], 0)) through[i].push_back(line);
         }
-        // Halving along this axis is useless if most lines pass through both halves. Coincident
-        // lines are an example.
+        // Halving along this axis is useless if most lines (coincident lines, for example) pass
+        // through both halves.
         if (4 * (through[0].size() + through[1].size()) > 7 * lines.size()) continue;
         double area = 0;
         for (const std::size_t i : {0U, 1U})

@@ -13,12 +13,12 @@
 
 namespace peeler {
 
-/// Finds the area of a triangle that other triangles leave uncovered. The others cross its plane
-/// along lines. A ray gives the winding number in front of one point of the triangle. On the way
-/// from there to any other point, the number changes by one at each line crossed. If the number at
-/// a point of a cell exceeds the number of lines through the cell, the whole cell is covered.
-/// Otherwise, a cell with many lines is halved; a cell with few lines is cut into trapezoids at
-/// every corner and crossing, which is exact up to rounding.
+/// A calculation of the area of a triangle that other triangles leave uncovered. The other
+/// triangles cross the plane of the triangle along lines. A ray gives the winding number in front
+/// of one point of the triangle. The winding number changes by one across each line. If the winding
+/// number at a point of a cell exceeds the number of lines through the cell, the whole cell is
+/// covered. Otherwise, a cell with many lines is halved; a cell with few lines is cut into
+/// trapezoids at every corner and crossing, which is exact up to rounding.
 class FreeArea {
   public:
     /// Points within `near` (scene units) of a plane are taken to lie in it.

@@ -151,7 +151,8 @@ class SparsePoints {
   public:
     explicit SparsePoints(double apart) : apart_(apart), cell_(4 * apart) {}
 
-    /// Returns the first point within the distance. Without one, adds this point and returns it.
+    /// Returns the first point within the distance. If there is no such point, adds and returns
+    /// `point`.
     std::uint32_t near(const glm::dvec3& p, std::uint32_t point) {
         const glm::dvec3 least = cellOf(p - apart_), most = cellOf(p + apart_);
         std::uint32_t found = kNone;
@@ -213,7 +214,6 @@ PartMesh weldPoints(const PartMesh& mesh, const std::vector<std::uint32_t>& cand
 
 namespace {
 
-/// A side of a triangle.
 struct TriangleSide {
     PartEdge edge;
     std::uint32_t triangle = 0;

@@ -66,9 +66,9 @@ struct PartEdge {
 /// Returns the points of some edges, in ascending order.
 std::vector<std::uint32_t> pointsOf(const std::vector<PartEdge>& edges);
 
-/// Returns the mesh after merging each of `candidates` (in ascending order) with the first of them
-/// that is within `tolerance` (scene units, above 0). Triangles with two merged corners count as
-/// degenerate.
+/// Returns the mesh after merging points of `candidates` (in ascending order). Each candidate is
+/// merged with the first kept candidate within `tolerance` (scene units, above 0); if there is no
+/// such candidate, it is kept. Triangles with two merged corners count as degenerate.
 PartMesh weldPoints(const PartMesh& mesh, const std::vector<std::uint32_t>& candidates,
                     double tolerance);
 
@@ -84,7 +84,6 @@ struct PartShell {
     double volume = 0;
 };
 
-/// The topology of a mesh.
 struct PartTopology {
     std::vector<PartEdge> open;  ///< edges that belong to an odd number of triangles, usually one
     std::vector<PartEdge> crowded;  ///< edges that belong to more than two triangles

@@ -41,16 +41,15 @@ CheckedLine::CheckedLine(const glm::dvec3& origin, const glm::dvec3& direction)
 }
 
 bool CheckedLine::meets(const Bounds& box, double from, double to) const {
-    // If a component of the direction is 0, its inverse is infinite, and so may be `near` and
-    // `far`. The comparisons below are correct for infinities. They leave `from` and `to` unchanged
-    // for NaN, which results if the origin is in the plane of a side. The constructor turns −0 into
-    // +0; otherwise, the far side could be at −infinity.
+    // If a component of the direction is 0, `near` and `far` are infinite, or NaN if the origin is
+    // in the plane of a side. The comparisons below are correct for infinities, and ignore NaN. The
+    // constructor turns −0 into +0; otherwise, the far side could be at −infinity.
     constexpr double kSlack = 1e-12;
     for (int i = 0; i < 3; ++i) {
         double near = (box.min[i] - origin_[i]) * inverse_[i];
         double far = (box.max[i] - origin_[i]) * inverse_[i];
         if (near > far) std::swap(near, far);
-        // Allows for rounding, so that no triangle is lost that lies in a side of its box.
+        // Allows for rounding, so that triangles in a side of their box are not lost.
         near *= near > 0 ? 1 - kSlack : 1 + kSlack;
         far *= far > 0 ? 1 + kSlack : 1 - kSlack;
         if (near > from) from = near;

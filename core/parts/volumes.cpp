@@ -15,8 +15,8 @@
 namespace peeler {
 namespace {
 
-/// Returns the number of closed shells around a shell. A ray from the shell crosses each of them an
-/// odd number of times.
+/// Returns the number of closed shells around a shell: the shells that a ray from the shell crosses
+/// an odd number of times.
 std::size_t depthOf(const TriangleTree& tree, const PartTopology& topology, std::uint32_t shell) {
     const PartMesh& mesh = tree.mesh();
     const std::uint32_t first = topology.shells[shell].first;

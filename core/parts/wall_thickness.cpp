@@ -230,7 +230,7 @@ class FacePairs {
                        [&](const glm::dvec3& p) { return glm::dot(inwards, p - corners_[i]); });
         }
         if (polygon_.size() < 3) return std::nullopt;
-        // Faces that only share an edge in this view do not overlap.
+        // If the faces only share an edge when seen along the normal, they do not overlap.
         glm::dvec3 twice(0);
         for (std::size_t i = 1; i + 1 < polygon_.size(); ++i)
             twice += glm::cross(polygon_[i] - polygon_[0], polygon_[i + 1] - polygon_[0]);
@@ -311,8 +311,8 @@ std::vector<FacePair> firstPairs(const TriangleTree& tree, const OmittedFaces& o
 /// Finds a thinner wall between the faces of a pair.
 std::optional<Wall> wallBetween(const FacePair& pair, const TriangleTree& tree, WallRays& rays,
                                 double below, StepLimit& limit) {
-    // Another body may lie between the faces at their closest point, but perhaps not nearer to the
-    // middle of their overlap. So several points between the two are tried.
+    // Another body may lie between the faces at their closest point, but not everywhere. So several
+    // points are tried, from the closest point to the middle of the overlap.
     for (const double share : {1e-7, 1e-4, 1e-2, 0.1, 0.3, 0.6, 1.0}) {
         limit.take(kWallStepsPerRay);
         const glm::dvec3 from = glm::mix(pair.at, pair.middle, share);

@@ -28,7 +28,6 @@ inline constexpr double kWallAngle = 30;
 /// at most this fraction.
 inline constexpr double kWallTolerance = 1e-4;
 
-/// The result of a search for the thinnest wall.
 struct FoundWall {
     std::optional<Wall> wall;  ///< nullopt if no two faces have a wall between them
     /// False if the search exceeded its step limit. Then a thinner wall may exist.

@@ -5,8 +5,8 @@
 namespace peeler {
 namespace {
 
-/// Blends each layer over the layers behind it. Layers beyond a limit are farthest, so they are
-/// peeled first; they are dropped, or summed as the tail.
+/// Blends each layer over the layers behind it. Layers beyond the limit are farthest, so they are
+/// peeled first. They are dropped, or summed as the tail.
 class BackToFrontComposite final : public CompositeMethod {
   public:
     std::uint64_t tileBytes(std::uint64_t tile_pixels,

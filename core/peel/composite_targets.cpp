@@ -111,9 +111,9 @@ int CompositeTargets::addFragments(SceneRasterizer& rasterizer, const Window& ar
     return 1;
 }
 
-/// Draws fragments into the back: over its contents if `blended`, otherwise replacing them. If
-/// opacity is coloured, blending colours takes two shader outputs for one target, so opacities need
-/// a second pass.
+/// Draws fragments into the back: blended over its contents if `blended`, otherwise overwriting
+/// them. If opacity is coloured, blending colours takes two shader outputs for one target, so
+/// opacities need a second pass.
 int CompositeTargets::drawUnsorted(SceneRasterizer& rasterizer, const Window& area, Draws draws,
                                    bool blended) {
     const bool tinted = rasterizer.tinted();
@@ -140,7 +140,7 @@ int CompositeTargets::blendUnsorted(SceneRasterizer& rasterizer, const Window& a
 
 int CompositeTargets::addOpaque(SceneRasterizer& rasterizer, const Window& area) {
     if (!rasterizer.bounded()) return 0;
-    // Of the opaque fragments, only those of the opaque bound pass, since all others lie behind it.
+    // Draws only the opaque bound, since all other opaque fragments lie behind it.
     return drawUnsorted(rasterizer, area, Draws::kOpaque, false);
 }
 

@@ -78,8 +78,8 @@ int compositeNearestFirst(SceneRasterizer& rasterizer, const CompositeArea& area
                           LayerTargets& layers, CompositeTargets& targets);
 
 /// A method that composites without order. With Surfaces::kVisible, it first draws the nearest
-/// opaque surface. Then one geometry pass takes all fragments, or those in front of this surface,
-/// and a formula composites them.
+/// opaque surface. Then one geometry pass takes all fragments, or the fragments in front of this
+/// surface, and a formula composites them.
 class Unordered final : public CompositeMethod {
   public:
     using Pass = int (CompositeTargets::*)(SceneRasterizer&, const Window&);

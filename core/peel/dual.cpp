@@ -91,10 +91,9 @@ class Dual final : public LayerMethod {
     PingPong ranges_;
 };
 
-/// The common part of both variants that composite on the fly: the depth ranges, and the handling
-/// of pixels where fragments coincide at a peeled depth. The composites of such pixels lack
-/// fragments. So these pixels are peeled again from the front, by keys that distinguish coincident
-/// fragments.
+/// The base of the two variants that composite during peeling. Where fragments coincide at a peeled
+/// depth, the composite lacks fragments. These pixels are peeled again from the front, by keys that
+/// distinguish coincident fragments.
 class DualComposite : public CompositeMethod {
   public:
     std::uint64_t tileBytes(std::uint64_t tile_pixels,
@@ -109,9 +108,9 @@ class DualComposite : public CompositeMethod {
         ranges_.allocate(rasterizer, GL_RG32F);
         drawFirstRange(rasterizer, area.window, ranges_.side(0));
         begin(rasterizer, area.window);
-        // After `all` passes, every layer is peeled, since each pass peels one layer from either
-        // end. With a limit and no tail, area.layers passes are enough: by then, the front alone
-        // reaches the limit.
+        // After `all` passes, every layer is peeled, since each pass peels the nearest and the
+        // farthest layer left. With a limit and no tail, area.layers passes are enough, since they
+        // peel this number of layers from the front.
         const std::uint32_t all = (area.deepest + 1) / 2;
         const int passes = static_cast<int>(area.tail ? all : std::min(area.layers, all));
         for (int pass = 1; pass <= passes; ++pass) {
@@ -165,8 +164,7 @@ int DualComposite::finishShort(SceneRasterizer& rasterizer, const CompositeArea&
                                .definitions = hasTail() ? "TAIL" : "",
                                .framebuffer = targets_.framebuffer(rasterizer, parts_)},
                               area.window);
-    // This barrier is needed because the next pass writes the list heads that the previous pass
-    // reads.
+    // The next pass writes the list heads that the previous pass reads.
     rasterizer.functions().MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
     layers_.beginFinished(rasterizer, area.window);
     rasterizer.drawFullScreen({.fragment_shader = "reopen_pixels.frag",
@@ -178,8 +176,8 @@ int DualComposite::finishShort(SceneRasterizer& rasterizer, const CompositeArea&
     return compositeNearestFirst(rasterizer, again, layers_, targets_);
 }
 
-/// The variant with a blend equation for each target, which the paper anticipates. The geometry
-/// pass blends front layers under the front composite, and back layers over the back composite.
+/// The variant that the paper anticipates, with a blend equation for each target. The geometry pass
+/// blends front layers under the front composite, and back layers over the back composite.
 class IndependentBlending final : public DualComposite {
   protected:
     void peel(SceneRasterizer& rasterizer, const Window& area, int pass) override {
@@ -195,9 +193,9 @@ class IndependentBlending final : public DualComposite {
 };
 
 /// The paper's variant: MAX blending for all targets, since GPUs of 2008 had a single blend
-/// equation. MAX needs non-negative colours, and all colours here are. The values of the front
-/// composite never decrease. So each pass computes the front composite from that of the previous
-/// pass, and MAX keeps the newer values. The back is blended after each pass.
+/// equation. Each pass computes the new front composite from the previous one. MAX keeps the new
+/// values, because colours are not negative and the front composite never decreases. The back is
+/// blended after each pass.
 class MaxBlending final : public DualComposite {
   public:
     std::uint64_t tileBytes(std::uint64_t tile_pixels,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Front-to-back depth peeling (Everitt, "Interactive Order-Independent Transparency", 2001). Keys
 // are (depth, primitive) instead of only depth, so that coincident fragments are peeled one by one.
-// The count pass has counted the layers, which makes Everitt's occlusion query after each pass
+// The count pass has counted the layers, so Everitt's occlusion query after each pass is
 // unnecessary.
 #include "core/peel/composite_targets.h"
 

@@ -42,7 +42,6 @@ class LayerTargets {
 
     enum Attachments { kKey, kKeyAndColor, kColor };
 
-    /// Returns the bytes of all textures.
     static std::uint64_t bytes(std::uint64_t tile_pixels, const CaptureSettings& settings);
 
     /// Prepares for peeling in this direction: allocates textures of the rasterizer's tile size if

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Two-pass depth peeling. For each layer, the first pass finds the key of the next fragment without
 // shading; the second shades only the fragment with this key. So every kept fragment is shaded
-// exactly once, whatever lies behind it.
+// exactly once.
 #include <array>
 
 #include "core/capture/method.h"
@@ -46,8 +46,8 @@ class TwoPassComposite final : public CompositeMethod {
     int composite(SceneRasterizer& rasterizer, const CompositeArea& area) override {
         const auto& gl = rasterizer.functions();
         constexpr auto kBack = CompositeTargets::kBack;
-        // The order of the sides is such that the last layer ends up in targets_, where the tail is
-        // added behind it.
+        // Orders the sides so that the last layer ends up in targets_, where the tail is added
+        // behind it.
         std::array<CompositeTargets*, 2> sides = {&targets_, &other_};
         if (area.layers % 2 == 0) std::swap(sides[0], sides[1]);
         targets_.begin(rasterizer, area.window, kBack | (area.tail ? CompositeTargets::kTail : 0U));

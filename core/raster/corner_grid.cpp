@@ -11,8 +11,8 @@ namespace {
 constexpr int kMostBits = 16;
 // The grid extends 2^kHalfBits steps from the picture's centre in each direction.
 constexpr int kHalfBits = 30;
-// A pinhole's rays begin at this fraction of the near plane's distance. Triangles are cut there.
-// The cut is never visible, because it is nearer than the near plane. It is far enough from the
+// A pinhole's rays begin, and triangles are cut, at this fraction of the near plane's distance. The
+// cut is never visible, because the near plane is farther away. The cut is far enough from the
 // pinhole to keep projected coordinates bounded.
 constexpr double kNearestShare = 1.0 / 1024;
 
@@ -79,9 +79,8 @@ SnappedCorner snapped(const PlacedCorner& corner) {
 
 namespace {
 
-/// Clips a polygon to the side where `inside` is not negative. The point where an edge is cut is
-/// always computed from the edge's end on this side, so both triangles at the edge get the same
-/// point.
+/// Clips a polygon to the side where `inside` is not negative. The cut point of an edge is always
+/// computed from the edge's end on this side, so both triangles at the edge get the same point.
 template <class Inside>
 void keepInside(PlacedPolygon& polygon, Inside&& inside) {
     PlacedPolygon kept;

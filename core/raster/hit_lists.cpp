@@ -14,9 +14,10 @@
 namespace peeler {
 namespace {
 
-/// Packs Z (upper half) and the tie-breaking order (lower half) into one double for sorting. Such
-/// doubles sort by Z first, since floats keep their order as the upper halves of doubles. Among
-/// negative doubles, greater lower halves sort first, so these halves are inverted.
+/// Packs Z (upper half) and the tie-breaking order (lower half) into one double for sorting. The
+/// doubles sort by Z first, since the bits of a float, as the upper half of a double, keep their
+/// order. If Z is negative, the lower half is inverted, because a greater lower half makes a
+/// negative double smaller.
 void pack(const FourFloats& z, std::uint32_t order, double* hits) {
     const FourInts none{}, above = std::bit_cast<FourInts>(z);
     const FourInts below = (none + static_cast<std::int32_t>(order)) ^ (above >> 31);

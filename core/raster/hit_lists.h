@@ -13,8 +13,8 @@
 
 namespace peeler {
 
-/// Writes the number of hits of each ray of a row to `counts` (one entry per ray). Returns the sum
-/// of the numbers.
+/// Writes the number of hits of each ray of a row to `counts` (one entry per ray). Returns the
+/// row's number of hits.
 std::uint64_t countHits(const SpanStore& store, std::size_t row, std::span<std::uint32_t> counts);
 
 /// A row of a picture, and where to write its hits.
@@ -22,10 +22,10 @@ struct HitRow {
     std::size_t row = 0;  ///< index of the row in the SpanStore
     int x0 = 0, y = 0;    ///< pixel (in the picture) of the row's first ray
     bool perspective = false;
-    /// Offset of each ray's first hit. The first of these offsets may be any number.
+    /// Offset of each ray's first hit. The offsets may begin at any number.
     std::span<const std::uint32_t> offsets;
     std::uint32_t end = 0;  ///< offset after the row's last hit
-    float* z = nullptr;     ///< Z of each hit
+    float* z = nullptr;
     std::uint32_t* keys = nullptr;
     float* slopes = nullptr;  ///< two slopes per hit (LayeredImage::color); null if not requested
     /// Factor from the change of planar depth per pixel to a slope (slopeScale()).

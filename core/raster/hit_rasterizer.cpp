@@ -64,7 +64,6 @@ struct BandSize {
 
 namespace {
 
-/// A plan and its hit counts.
 struct HitPlan final : CapturePlan::Details {
     HitPlan(const View& view, const CaptureSettings& asked)
         : settings(asked), seen(view, asked), complexity(view.crop) {}
@@ -228,7 +227,7 @@ CapturePlan HitRasterizer::plan(const View& view, const CaptureSettings& setting
     HitPlan& plan = *s.shown;
     s.freeBands();
     if (settings.memory != 0) {
-        // The limit of the spans is computed like that of a band: the remaining memory minus a
+        // Computes the limit of the spans like the limit of a band: the remaining memory minus a
         // reserve.
         BandCosts costs;
         costs.band_bytes = kSpanBytes;
@@ -273,8 +272,7 @@ void HitRasterizer::State::captureRow(const Window& band, int section_top, int y
     const std::size_t row = static_cast<std::size_t>(y - section_top);
     const auto width = static_cast<std::size_t>(band.width());
     std::uint32_t* const offsets = image.offsets.data() + image.pixelIndex(band.x0, y);
-    // Only the offsets of this row are written. The offset after its last one belongs to the next
-    // row.
+    // Only the offsets of this row are written. The offset after them belongs to the next row.
     const std::span<std::uint32_t> counts = sorter.counts(width);
     const std::uint64_t found = countHits(store, row, counts);
     if (found != shown->complexity.rowFragments(y)) {
@@ -369,8 +367,7 @@ BandSize HitRasterizer::State::largest(std::span<const Window> bands) const {
     return most;
 }
 
-/// Returns the additional bytes that the spans of a later section may take, compared with the spans
-/// in the store.
+/// Returns the bytes by which the spans of a later section may exceed the spans in the store.
 std::uint64_t HitRasterizer::State::spansToCome() const {
     return shown->sections.size() > 1
                ? shown->span_limit - std::min(shown->span_limit, store.bytes())
@@ -403,7 +400,7 @@ CaptureReport HitRasterizer::capture(const CapturePlan& planned, Sink& sink,
     report.passes = 1;
     const Window& crop = plan.seen.view.crop;
     std::uint64_t stored = 0;
-    // The limits are computed first. A plan that does not fit then fails before any band is
+    // Computes the limits first, so that a plan that does not fit fails before any band is
     // captured.
     const BandLimits limits = s.limits(s.costs(planned, sink));
     std::vector<Window> to_do(plan.sections.rbegin(), plan.sections.rend());

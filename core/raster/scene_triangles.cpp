@@ -74,9 +74,8 @@ SceneTriangles::SceneTriangles(const PosedScene& posed) : posed_(posed) {
 
 namespace {
 
-/// Finds the rays of a section that hit one block of triangles. Collects rows and stores a few
-/// hundred at a time. Whether a row is empty is known only late, and a branch at that point would
-/// stall the next triangle.
+/// Finds the rays of a section that hit one block of triangles. Stores rows a few hundred at a
+/// time: a branch on empty rows, which are known only late, would stall the next triangle.
 class BlockWalk {
   public:
     BlockWalk(const HitView& seen, const Window& section, SpanStore& store, SectionWriter& writer)
@@ -205,8 +204,8 @@ void BlockWalk::storeRows() {
 void BlockWalk::walkOne(std::uint32_t element, const Vertices& vertex) {
     const SnappedCorner a = corners_[vertex[0]], b = corners_[vertex[1]], c = corners_[vertex[2]];
     if ((a.x | b.x | c.x) < 0) return walkCut(element, vertex);
-    // Skips triangles that no ray meets because they lie between rays. In fine meshes, most
-    // triangles do.
+    // Skips triangles that no ray meets because they lie between rays, like most triangles of fine
+    // meshes.
     RayWindow window = window_;
     window.x0 = std::max(window.x0, window.rayFrom(std::min({a.x, b.x, c.x})));
     window.x1 = std::min(window.x1, window.rayFrom(std::max({a.x, b.x, c.x})));

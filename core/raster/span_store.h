@@ -190,7 +190,6 @@ class SpanStore {
     bool overflowed() const { return overflowed_; }
 
     std::uint64_t bytes() const;
-    /// Frees the memory.
     void free();
 
   private:

@@ -141,8 +141,8 @@ std::pair<glm::dvec3, glm::dvec3> tangentFrame(const SurfacePoint& point, const 
     const glm::dvec2 uv0(texcoords[vertex[0]]);
     const glm::dvec2 uv1 = turn * (glm::dvec2(texcoords[vertex[1]]) - uv0);
     const glm::dvec2 uv2 = turn * (glm::dvec2(texcoords[vertex[2]]) - uv0);
-    // Signs are chosen as if p1 pointed right and p2 up in the picture, since the shader's
-    // derivatives do.
+    // Chooses the signs as if p1 pointed right and p2 up in the picture, like the shader's
+    // derivatives.
     const double turned = glm::dot(glm::cross(p1, p2), point.facet) < 0 ? -1 : 1;
     const glm::dvec3 across_2 = turned * glm::cross(p2, normal);
     const glm::dvec3 across_1 = turned * glm::cross(normal, p1);
@@ -154,7 +154,7 @@ std::pair<glm::dvec3, glm::dvec3> tangentFrame(const SurfacePoint& point, const 
     return {factor * tangent, factor * bitangent};
 }
 
-// The functions that compute shaded channels. Each function writes the components of its channel.
+// Each function writes the components of one channel.
 
 void shadingNormal(const SurfacePoint& point, float* out) {
     glm::dvec3 normal = interpolatedNormal(point);

@@ -59,8 +59,9 @@ class EdgeRows {
     }
 
   private:
-    /// Divides, and rounds the quotient down. Multiplies by the inverse in floating point, which is
-    /// much faster than an integer division and off by at most one (quotients are below 2^31).
+    /// Divides, and rounds the quotient down. Multiplies by the inverse in floating point and
+    /// corrects the result, which is off by at most one (quotients are below 2^31): much faster
+    /// than an integer division.
     static std::int64_t divided(std::int64_t value, std::int64_t by, double inverse,
                                 std::int64_t& rest) {
         auto quotient = static_cast<std::int64_t>(static_cast<double>(value) * inverse);
@@ -155,18 +156,17 @@ void forEachLongRow(const SortedTriangle& triangle, const RayWindow& window, Emi
 
 /// Emits the same rays as forEachLongRow() for a small triangle, two rows at once and without
 /// branches. A crossing is the quotient of two numbers below 2^53, rounded to a double. Rounding
-/// never moves it to or past an integer: the rounded quotient is equal to, less than or greater
-/// than an integer exactly if the true quotient is.
+/// never moves a crossing onto or past an integer.
 template <class Emit>
 void forEachShortRow(const SortedTriangle& triangle, const RayWindow& window, Emit&& emit) {
     const auto& [a, b, c] = triangle.corner;
     const std::int64_t steps = std::int64_t{1} << window.bits;
     const std::int64_t x0 = window.x0 * steps, y0 = window.y0 * steps;
     const double width = window.x1 - window.x0;
-    // The upper and lower edges lie on the same side of the long edge. In each row, the covered
-    // rays lie between the long edge and the nearer crossing of the two short edges. This is the
-    // smaller crossing if the short edges are on the right, and the larger one if they are on the
-    // left. Multiplying by `sign` turns the second case into the first.
+    // The two short edges lie on the same side of the long edge. In each row, the covered rays lie
+    // between the long edge and the nearer crossing of the short edges: the smaller crossing if the
+    // short edges are on the right, the larger one if they are on the left. Multiplying by `sign`
+    // turns the second case into the first.
     const double sign = triangle.area > 0 ? 1 : -1;
     struct Edge {
         double at, slope, down;

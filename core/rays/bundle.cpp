@@ -198,8 +198,8 @@ std::vector<View> withCommonDisplay(std::span<const Bundle> bundles) {
         width = std::max(width, bundle.view.width);
         height = std::max(height, bundle.view.height);
     }
-    // A pinhole camera cannot be moved by half a pixel. So each size may exceed the bundle's only
-    // by an even number.
+    // A pinhole camera cannot be moved by half a pixel. So the common width and height may exceed
+    // the pinhole bundle's only by even numbers.
     for (const Bundle& bundle : bundles) {
         if (bundle.parallel()) continue;
         width += (width - bundle.view.width) % 2;

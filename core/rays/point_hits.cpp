@@ -55,7 +55,7 @@ class Search {
 
   private:
     /// Records the hit if it is the nearest so far on its side of the point. `later`: whether the
-    /// search goes through the ray's list towards later hits.
+    /// search moves towards later hits.
     void consider(std::uint32_t key, bool later) {
         WorldElement element = elementOf(posed_, key);
         placeCorners(posed_, element);

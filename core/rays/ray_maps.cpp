@@ -114,9 +114,9 @@ constexpr RayMapInfo kMaps[] = {
      true},
 };
 
-/// Returns the name in a form that is valid in an EXR channel name. Replaces control characters and
-/// dots, which separate the parts of a channel name. Shortens the name, since EXR allows 255 bytes
-/// for the whole channel name.
+/// Returns the name in a form that is valid in an EXR channel name. Replaces control characters,
+/// and dots, because dots separate the parts of a channel name. Shortens the name, since EXR allows
+/// 255 bytes for the whole channel name.
 std::string channelName(const std::string& name) {
     constexpr std::size_t kLongest = 200;
     std::string result;

@@ -76,8 +76,8 @@ struct RayMapScratch {
     std::vector<float> t;
     std::vector<RayInterval> inside, other;
     std::vector<SolidSpan> open;
-    std::vector<double> paths;   ///< path length of each path channel
-    std::vector<float> values;   ///< values of the ray
+    std::vector<double> paths;  ///< path length of each path channel
+    std::vector<float> values;
     std::vector<float> nothing;  ///< values of a ray without hits
 };
 
@@ -95,9 +95,10 @@ class RayMaps {
     /// material on a solid of the scene. Names are unique.
     const std::vector<RayMapChannel>& channels() const { return channels_; }
 
-    /// Begins a bundle, to which all rays belong until the next call. Without it, parity decides.
+    /// Begins a bundle, to which all rays belong until the next call. Before the first call, parity
+    /// decides the inside of solids.
     void begin(const Bundle& bundle);
-    /// Returns the memory that begin() takes.
+    /// Returns the bytes that begin() takes.
     std::uint64_t sidesBytes() const {
         return needs_spans_ ? solids_->sidesBytes(settings_.overlap) : 0;
     }

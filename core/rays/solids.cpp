@@ -78,9 +78,9 @@ class Solids::EdgeParity {
     std::vector<Edge> edges;  ///< edges of the current primitive
 
   private:
-    /// Puts edges with the same `first` (the smaller of the two vertices) into one bucket, which
-    /// has a few edges, and sorts each bucket. If the range of vertices is large for the number of
-    /// edges, sorts without buckets.
+    /// Sorts the edges into one bucket for each `first`, the smaller vertex, then sorts each
+    /// bucket, which has only a few edges. If the range of vertices is large compared with the
+    /// number of edges, sorts without buckets.
     void sort(std::vector<Edge>& list) {
         if (list.empty()) return;
         const auto [least, most] = std::ranges::minmax(list, {}, &Edge::first);
@@ -113,12 +113,12 @@ class Solids::EdgeParity {
 
 namespace {
 
-/// Sums over triangles that tell which way a closed surface faces.
+/// Sums over triangles, from which the facing of a closed surface follows.
 struct FacingSum {
-    /// The hash of each edge, added or subtracted by direction: 0 if every edge is used equally
-    /// often both ways.
+    /// Sum of the edges' hashes. Opposite directions of an edge have opposite signs, so the sum is
+    /// 0 if every edge is used equally often both ways.
     std::uint64_t edges = 0;
-    double six_volumes = 0, six_sizes = 0;  ///< signed and absolute
+    double six_volumes = 0, six_sizes = 0;  ///< sums of signed and of absolute volumes
 
     FacingSum& operator+=(const FacingSum& other) {
         edges += other.edges;
@@ -204,9 +204,8 @@ const std::vector<Solids::Shell>& Solids::shellsOf(const PosedScene& posed,
         open.insert(open.end(), edges.begin(), edges.end());
     }
     if (!rest.primitives.empty()) {
-        // An edge that is open in two primitives is closed in the mesh that both form together. So
-        // the open edges of `rest` are those that occur an odd number of times among the
-        // primitives' open edges.
+        // An edge that is open in two primitives is closed in their union. So the open edges of
+        // `rest` are the edges that occur an odd number of times among the primitives' open edges.
         parity.keepOpen(open);
         rest.open_edges = open.size();
         if (open.empty()) rest.facing = rest_sum.facing();

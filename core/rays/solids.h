@@ -30,10 +30,10 @@ enum class Overlap : std::uint8_t {
 enum class SolidFacing : std::uint8_t {
     kOutward,
     kInward,  ///< the volume is negative
-    kMixed,   ///< open, or neighbours run along their common edge in the same direction
+    kMixed,   ///< open, or adjacent triangles run along their common edge in the same direction
 };
 
-/// A surface that bounds a body: a ray that enters it also leaves it.
+/// The surface of a body. If the surface is closed, a ray that enters the body also leaves it.
 struct Solid {
     std::size_t instance = 0;  ///< index into PosedScene::meshes()
     int node = 0;
@@ -47,8 +47,9 @@ struct Solid {
     bool winds() const { return facing == SolidFacing::kOutward; }
 };
 
-/// The side of each triangle that the rays of a bundle meet: the same for all rays. Found when
-/// needed; thread-safe. The bundle is parallel or a pinhole's.
+/// The directions in which a bundle's rays cross triangles: into or out of the solid. All rays of a
+/// parallel or pinhole bundle cross a triangle in the same direction. Computed on first use;
+/// thread-safe.
 class TriangleSides {
   public:
     TriangleSides(const PosedScene& posed, const Bundle& bundle);
@@ -60,7 +61,7 @@ class TriangleSides {
         if (known == 0) side.store(known = find(key), std::memory_order_relaxed);
         return known;
     }
-    /// Returns the bytes of the sides of a scene.
+    /// Returns the bytes that the sides of a scene take.
     static std::uint64_t bytes(const PosedScene& posed);
 
   private:
@@ -91,9 +92,9 @@ class Solids {
     const std::vector<Solid>& all() const { return solids_; }
     /// Returns the solid of a key (DrawList): an index into all(), or kNone.
     std::uint32_t solidOf(std::uint32_t key) const { return surfaceOf(key).solid; }
-    /// Returns the sides of triangles for a rule; none if it needs no sides.
+    /// Returns the sides of triangles; nullopt if the rule needs no sides.
     std::optional<TriangleSides> sides(const Bundle& bundle, Overlap overlap) const;
-    /// Returns the memory of sides().
+    /// Returns the bytes of sides().
     std::uint64_t sidesBytes(Overlap overlap) const;
     /// Returns the material of a key: an index into Scene::materials.
     std::size_t materialOf(std::uint32_t key) const { return surfaceOf(key).material; }
@@ -149,16 +150,16 @@ struct SolidHits {
     bool odd() const { return hits % 2 == 1; }
 };
 
-/// The spans of a ray inside solids. By parity, the ray is inside a solid from its 1st hit of the
-/// solid to the 2nd, from the 3rd to the 4th, and so on; an unpaired last hit begins no span. By
-/// winding number, it is inside where it has not left the solid as often as it has entered it.
-/// Reuses its storage between rays. One per thread.
+/// The spans of a ray inside solids. By parity, spans begin at the 1st, 3rd, 5th ... hit of a solid
+/// and end at the next hit; an unpaired last hit begins no span. By winding number, a span begins
+/// where the ray has entered the solid more (or less) often than left it, and ends where both
+/// numbers are equal again. Reuses its storage between rays. One per thread.
 class SolidSpans {
   public:
     /// Finds the spans of a ray. `t` is in ascending order. `keys` are those of DrawList, with
     /// coincident hits in draw order. `sides`: Solids::sides() of the ray's bundle, or null. Parity
-    /// decides without them, for solids that do not face outwards, and for a ray that does not
-    /// leave a solid as often as it enters it (through triangles that it grazes).
+    /// replaces winding numbers if `sides` is null, for solids that do not face outwards, and for
+    /// solids that the ray does not leave as often as it enters them (because it grazes triangles).
     void find(std::span<const float> t, std::span<const std::uint32_t> keys, const Solids& solids,
               const TriangleSides* sides = nullptr);
 

@@ -53,7 +53,7 @@ std::uint64_t spreadBits(std::uint64_t bits) {
 }
 
 /// Writes one byte per cell of a plane. value(y, word, from) must return the bytes of eight cells
-/// of line y. The cells are the eight bits of the line's word number `word` from bit `from` on.
+/// of line y: bits `from` to `from` + 7 of the line's word number `word`.
 template <class Value>
 void writePlane(std::span<std::uint8_t> plane, const glm::ivec3& cells, Value&& value) {
     static_assert(std::endian::native == std::endian::little);
@@ -200,15 +200,15 @@ void VoxelVotes::add(std::size_t axis, const Bundle& bundle, const LayeredImage&
 }
 
 /// Marks both ends of every interval in which a ray is inside any solid: where the ray enters the
-/// first solid, and where it has left all of them. A zero-length interval flips a cell twice, which
-/// has no effect. Parity gives the same intervals as winding numbers where the entries and exits of
-/// each solid take turns.
+/// first solid, and where it has left all of them. A zero-length interval has no effect, since it
+/// flips the same cell twice. Parity gives the same intervals as winding numbers where entries into
+/// each solid alternate with exits.
 void VoxelVotes::addRay(std::span<const float> t, std::span<const std::uint32_t> keys, Line line,
                         Scratch& scratch) const {
     const std::size_t hits = keys.size();
     if (scratch.solids.size() < hits) scratch.solids.resize(hits);
-    // These pointers are local because byte stores may alias anything. Pointers in `scratch` would
-    // be reloaded after every store.
+    // Local pointers, because byte stores may alias anything: pointers in `scratch` would be
+    // reloaded after every store.
     std::uint32_t* const solids = scratch.solids.data();
     std::uint8_t* const states = scratch.states.data();
     bool one = true, alternate = true;
@@ -289,8 +289,8 @@ void VoxelVotes::finish() {
                 before = 0 - (c >> (kWordBits - 1));
                 along = (a & b) | (b & c) | (c & a);
                 along_z[at] = a ^ b ^ c;
-                // If a cell has 1 or 2 votes, the rays disagree, and the majority of the votes
-                // differs from their parity.
+                // The majority of the votes differs from their parity exactly if the rays disagree
+                // (1 or 2 votes).
                 along_x[at] = along ^ along_z[at];
             }
             majority += countBits({along_y + (x * ys + y) * words_, words_});

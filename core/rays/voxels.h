@@ -51,8 +51,8 @@ class VoxelVotes {
                Overlap overlap = Overlap::kWinding);
 
     /// Adds a band of the bundle along `axis` (0–2). The bundle's rays must go through cell
-    /// centres, and its sides lie along the other axes. Each band must be added once,
-    /// one axis after another.
+    /// centres, and its sides must lie along the other axes. Each band must be added once, one axis
+    /// after another.
     void add(std::size_t axis, const Bundle& bundle, const LayeredImage& band);
 
     /// Counts the votes. Call this once, after the last band. The functions below are valid only
@@ -62,10 +62,10 @@ class VoxelVotes {
     /// Returns one bit per cell: (x, y, z) is bit z % 64 of word (x · cells.y + y) ·
     /// wordsOf(cells.z) + z / 64.
     std::span<const std::uint64_t> inside() const { return inside_.all(); }
-    /// Write one byte per cell of the plane at x. The index of cell (y, z) is y · cells.z + z.
-    /// insideAt() writes 1 inside and 0 outside; votesAt() writes the number of rays that find the
-    /// cell inside, 0 to 3.
+    /// Writes one byte per cell of the plane at x: 1 inside, 0 outside. The index of cell (y, z) is
+    /// y · cells.z + z.
     void insideAt(int x, std::span<std::uint8_t> plane) const;
+    /// Like insideAt(), but writes the number of rays, 0 to 3, that find the cell inside.
     void votesAt(int x, std::span<std::uint8_t> plane) const;
 
     /// Returns the number of cells inside.
@@ -73,7 +73,7 @@ class VoxelVotes {
     /// Returns the number of cells on which the three rays disagree.
     std::uint64_t disputed() const { return disputed_; }
 
-    /// Returns the memory of an axis besides the votes.
+    /// Returns the bytes that an axis takes besides the votes.
     std::uint64_t sidesBytes() const { return solids_.sidesBytes(overlap_); }
     static std::uint64_t cellsOf(const AxisBundles& lattice);
     /// Returns the bytes of the votes.
@@ -100,8 +100,8 @@ class VoxelVotes {
     glm::ivec3 cells_;
     const Solids& solids_;
     Overlap overlap_;
-    std::optional<TriangleSides> sides_;    ///< of the current axis
-    std::optional<std::size_t> sides_of_;   ///< this axis
+    std::optional<TriangleSides> sides_;  ///< for the rays along axis `sides_of_`
+    std::optional<std::size_t> sides_of_;
     std::size_t words_;                     ///< number of words in a line along z
     std::array<ZeroedWords, 3> crossings_;  ///< per axis: where its rays enter and leave solids
     ZeroedWords inside_;                    ///< cells inside by majority

@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::string_view kLightPrefix = "light:";
 
-/// Whether the camera frames the scene although the scene has cameras.
+/// Whether to frame the scene even if the scene has cameras.
 bool framesScene(const CameraChoice& choice) {
     return choice.camera == "auto";
 }
@@ -119,8 +119,7 @@ View sceneCamera(const Scene& scene, const CameraInstance& instance, const std::
     return view;
 }
 
-/// Returns the view of a light. The view covers the lit area. At another aspect ratio, it covers
-/// more.
+/// Returns the view of a light. At any aspect ratio, the view covers at least the lit area.
 View viewOfLight(const CameraChoice& choice, const PosedScene& posed) {
     View view = lightCamera(posed, *choice.camera);
     Projection& projection = view.projection;
@@ -130,8 +129,7 @@ View viewOfLight(const CameraChoice& choice, const PosedScene& posed) {
     return view;
 }
 
-/// Returns a near distance at which nothing is clipped that a camera at `distance` from the scene
-/// would show.
+/// Returns a near distance that clips nothing visible to a camera at `distance` from the scene.
 double safeNear(const Bounds& bounds, double distance) {
     return 1e-4 * (distance > 0 ? std::min(sceneSize(bounds), distance) : sceneSize(bounds));
 }
@@ -219,9 +217,9 @@ View builtCamera(const CameraChoice& choice, const SceneExtent& extent) {
     return view;
 }
 
-/// Sets near and far as requested. If an orthographic view has no far plane, puts one beyond the
-/// bounds. Throws Error (kUsage, or kInput for the scene's own planes) if near and far do not form
-/// a range.
+/// Sets near and far as requested. An orthographic view without a far plane gets a far plane beyond
+/// the bounds. Throws Error (kUsage, or kInput for the scene's own planes) if near and far do not
+/// form a range.
 void setDepthRange(View& view, const CameraChoice& choice, const Bounds& bounds) {
     Projection& projection = view.projection;
     if (choice.near) projection.near = *choice.near;

@@ -10,7 +10,7 @@
 
 namespace peeler {
 
-/// The maximum width and height of a picture, which GL and common EXR readers support.
+/// The maximum width and height of a picture that GL and common EXR readers support.
 inline constexpr int kMostPictureSide = 65536;
 /// The maximum number of pixels. It is low enough for pixel indices to fit into 32 bits.
 inline constexpr std::uint64_t kMostPixels = std::uint64_t{1} << 30;

@@ -41,9 +41,9 @@ bool setAlpha(Draw& draw, const Primitive& p, const Material& m) {
     return draw.alpha_tested || passes;
 }
 
-/// Whether two instances can be drawn together. Their mesh must have only one primitive. If it had
-/// several, GL would draw all instances of the first primitive before the second. But at equal
-/// depths, some methods need fragments in key order.
+/// Whether two instances can be drawn together. Requires a mesh with a single primitive: with
+/// several primitives, GL would draw all instances of the first primitive before the second, but at
+/// equal depths, some methods need fragments in key order.
 bool together(const Scene& scene, const MeshInstance& a, const MeshInstance& b) {
     const auto& primitives = scene.meshes[static_cast<std::size_t>(a.mesh)].primitives;
     return primitives.size() == 1 && a.node == b.node && a.mesh == b.mesh &&

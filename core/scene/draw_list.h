@@ -17,7 +17,7 @@ namespace peeler {
 
 struct MeshInstance;
 
-/// The vertices of a primitive. They belong to the mesh or, if deformed, to an instance.
+/// The vertices of a primitive, owned by the mesh or, if deformed, by an instance.
 struct Geometry {
     int mesh = 0;
     std::size_t primitive = 0;
@@ -73,8 +73,8 @@ class KeyIndex {
 
     std::uint32_t surfaceOf(std::uint32_t key) const {
         const std::size_t near = key >> shift_;
-        // Finds the last surface whose first key is not above `key`. Surfaces without elements have
-        // the same first key as the surface after them, which is the one to find.
+        // Finds the last surface whose first key is at most `key`. Surfaces without elements have
+        // the same first key as the next surface, and come before the surface that has the key.
         const auto begin = first_keys_.begin();
         const auto after = std::upper_bound(begin + near_[near], begin + near_[near + 1] + 1, key);
         return static_cast<std::uint32_t>(after - begin) - 1;
@@ -88,8 +88,8 @@ class KeyIndex {
 };
 
 /// The draw order: depth-first over the nodes, then by instance, then by primitive of the mesh.
-/// Keys number GL's primitives in this order, starting at 1. They do not depend on whether
-/// instances are drawn together.
+/// Keys number GL's primitives in this order, starting at 1. Drawing instances together does not
+/// change the keys.
 class DrawList {
   public:
     /// Successive instances of a single-primitive mesh at the same node are drawn together. Throws

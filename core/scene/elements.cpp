@@ -11,7 +11,7 @@ std::size_t sequenceOf(const Primitive& primitive) {
     return primitive.indices.empty() ? primitive.positions.size() : primitive.indices.size();
 }
 
-/// Returns the places of the e-th element's vertices in a sequence of `size` drawn vertices.
+/// Returns the indices of the e-th element's vertices in a sequence of `size` drawn vertices.
 Corners placesOf(Topology topology, std::size_t e, std::size_t size) {
     switch (topology) {
         case Topology::kPoints:

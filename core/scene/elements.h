@@ -59,8 +59,8 @@ WorldElement elementOf(const PosedScene& posed, std::uint32_t key);
 /// scene.
 void placeCorners(const PosedScene& posed, WorldElement& element);
 
-/// A cache of recently used elements and their normals. It is useful because neighbouring rays
-/// mostly hit the same elements. Not thread-safe.
+/// A cache of recently used elements and their normals, since neighbouring rays mostly hit the same
+/// elements. Not thread-safe.
 class RecentElements {
   public:
     struct Entry {

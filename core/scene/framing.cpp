@@ -18,8 +18,8 @@ namespace {
 constexpr std::size_t kEvenMoments = 9, kMostKeys = 24;
 
 /// Returns moments in seconds: kEvenMoments evenly spaced times from the first key to the last, and
-/// the times of all keys. If there are more than kMostKeys keys, takes only kMostKeys of them,
-/// evenly chosen.
+/// the times of all keys. If there are more than kMostKeys keys, takes kMostKeys evenly chosen
+/// keys.
 std::set<double> momentsOf(const Scene& scene, std::span<const int> animations) {
     std::set<double> keys;
     for (const int animation : animations)
@@ -113,7 +113,7 @@ double SceneExtent::reach(const glm::dvec3& origin, const glm::dvec3& direction)
 }
 
 std::vector<glm::dvec2> SceneExtent::profile(const glm::dvec3& centre) const {
-    constexpr std::size_t kMostPoints = 4096;  // before the hull is taken again
+    constexpr std::size_t kMostPoints = 4096;  // further points are reduced to their hull
     std::vector<glm::dvec2> points;
     std::size_t most = kMostPoints;
     const auto add = [&](const glm::dvec3& p) {
@@ -216,7 +216,7 @@ double sceneSize(const Bounds& bounds) {
     const double diagonal = glm::length(bounds.max - bounds.min);
     if (diagonal > 0) return diagonal;
     const glm::dvec3 place = glm::max(glm::abs(bounds.min), glm::abs(bounds.max));
-    // The scene is a single point. Any size works with which eye and target differ in double
+    // The scene is a single point. Any size suffices that keeps eye and target distinct in double
     // precision.
     return std::max(1.0, 1e-3 * std::max({place.x, place.y, place.z}));
 }
@@ -262,9 +262,10 @@ glm::dvec3 framingEye(const Reach& reach, double size, bool centred, const glm::
     for (int i = 0; i < 2; ++i) {
         const auto& [axis, half] = axes[static_cast<std::size_t>(i)];
         // Two planes pass through the origin: one for the picture's side in the direction of `axis`
-        // (right or top), one for the opposite side. For a perspective camera, they are parallel to
-        // the sides of the frustum without its margins; otherwise, to the viewing axis. `positive`
-        // and `negative` are how far the scene extends beyond them, measured along `axis`.
+        // (right or top), one for the opposite side. The planes are parallel to the sides of the
+        // frustum without its margins (perspective camera) or to the viewing axis (orthographic
+        // camera). `positive` and `negative` are the scene's extents beyond the two planes,
+        // measured along `axis`.
         const double slope = projection.perspective ? kFill * half : 0;
         const double positive = reach(axis - slope * forward);
         const double negative = reach(-axis - slope * forward);

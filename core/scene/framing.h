@@ -34,9 +34,9 @@ class SceneExtent {
     /// empty.
     double reach(const glm::dvec3& origin, const glm::dvec3& direction) const;
 
-    /// Returns the corners of the convex hull of all points in the half-plane of a turn about the
-    /// vertical axis through `centre`: distance from the axis, and height above `centre`. Empty if
-    /// the scene is empty.
+    /// Rotates all points about the vertical axis through `centre` into one half-plane. Returns the
+    /// corners of the rotated points' convex hull: distance from the axis, and height above
+    /// `centre`. Empty if the scene is empty.
     std::vector<glm::dvec2> profile(const glm::dvec3& centre) const;
 
     /// Returns the mean facing of the triangles at the first moment, −1 to 1: their projected areas
@@ -50,9 +50,9 @@ class SceneExtent {
     std::vector<Bounds> boxes_;
 };
 
-/// Returns the default viewing direction, in world space. It looks from the front, a little from
-/// the right and from above. The front is +Z if `up` is +Y (glTF 2.0 §3.4), and −Y if `up` is +Z,
-/// as in modelling programs.
+/// Returns the default viewing direction, in world space: from the front, slightly from the right
+/// and from above. The front is +Z if `up` is +Y (glTF 2.0 §3.4), and −Y if `up` is +Z, as in
+/// modelling programs.
 glm::dvec3 pleasingForward(const glm::dvec3& up);
 
 /// A viewing direction, and the picture's up vector.
@@ -74,15 +74,15 @@ double sceneSize(const Bounds& bounds);
 /// direction with the scene's points, relative to an origin.
 using Reach = std::function<double(const glm::dvec3& direction)>;
 
-/// The margin at each end of one side of the picture, as a fraction of this side. The side is the
-/// one that limits the camera's distance.
+/// The margin at either end of the picture's width or height, as a fraction of that width or
+/// height. Only the dimension that limits the camera's distance has exactly these margins.
 inline constexpr double kFramingMargin = 0.05;
 
-/// Returns the eye of a camera that looks along `forward`, relative to the origin of `reach`. The
-/// camera is as near as possible with the scene in the frame, with margins of kFramingMargin. If
-/// `centred`, the origin is in the middle of the picture; otherwise the scene is. The frame of an
-/// orthographic camera is fixed, so its eye is only placed in front. `size` is sceneSize(), which
-/// gives a distance for scenes without an extent.
+/// Returns the eye of a camera that looks along `forward`, relative to the origin of `reach`. A
+/// perspective camera is as near as margins of kFramingMargin allow. An orthographic camera's frame
+/// is fixed, so its eye is only placed in front of the scene. If `centred`, the origin is in the
+/// middle of the picture; otherwise the scene is. `size` is sceneSize(), which gives a distance for
+/// scenes without an extent.
 glm::dvec3 framingEye(const Reach& reach, double size, bool centred, const glm::dvec3& forward,
                       const glm::dvec3& up, const Projection& projection);
 
@@ -100,12 +100,12 @@ DepthRange depthRange(const Bounds& bounds, const glm::dmat4& camera_to_world);
 std::vector<std::string> cameraNames(const PosedScene& posed);
 
 /// Returns the view of the chosen, built or framed camera. `extent` is the scene to show. A scene's
-/// camera keeps its vertical field of view at any aspect ratio, and its near and far planes. A
-/// built camera has a near plane that clips nothing it could show: 1e-4 of the scene's size or of
-/// the distance to the target (with reversed Z, this costs no precision). It has no far plane or,
-/// if orthographic, one beyond the scene. Throws Error (kUsage) if the camera is unknown, with the
-/// list of cameras, if the crop is outside the picture, or if the camera is impossible; (kInput) if
-/// the file gives the camera no direction or no extent.
+/// camera keeps its near and far planes and, at any aspect ratio, its vertical field of view. A
+/// built camera's near plane clips nothing visible: it is at 1e-4 of the smaller of the scene's
+/// size and the distance to the target (with reversed Z, this costs no precision). A built camera
+/// has no far plane or, if orthographic, a far plane beyond the scene. Throws Error (kUsage) if the
+/// camera is unknown, with the list of cameras, if the crop is outside the picture, or if the
+/// camera is impossible; (kInput) if the file gives the camera no direction or no extent.
 View makeView(const PosedScene& posed, const SceneExtent& extent, const CameraChoice& choice);
 
 }  // namespace peeler

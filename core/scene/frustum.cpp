@@ -22,7 +22,8 @@ std::array<FrustumPlane, 6> planesOf(const View& view) {
     const double x1 = (2.0 * view.crop.x1 / view.width - 1) * projection.half_width;
     const double y0 = (1 - 2.0 * view.crop.y1 / view.height) * projection.half_height;
     const double y1 = (1 - 2.0 * view.crop.y0 / view.height) * projection.half_height;
-    // A perspective camera's sides pass through the eye; those of an orthographic one are parallel.
+    // The sides pass through the eye of a perspective camera; an orthographic camera's sides are
+    // parallel.
     const auto side = [&](FrustumSide which, const glm::dvec3& axis, double at) {
         return projection.perspective
                    ? FrustumPlane{which, to_world * (axis + glm::dvec3(0, 0, at)), 0}
@@ -52,7 +53,7 @@ bool cutsOff(const View& view, const SceneExtent& extent) {
     const double rounding = 1e-6 * sceneSize(bounds);
     for (const FrustumPlane& plane : planesOf(view)) {
         if (std::isinf(plane.offset)) continue;
-        // The bounds are quicker than the vertices, and often decide.
+        // Testing the bounds is faster than testing the vertices, and often decides.
         const double nearest =
             glm::dot(middle - eye, plane.inward) - glm::dot(half, glm::abs(plane.inward));
         if (nearest >= plane.offset - rounding) continue;

@@ -12,8 +12,8 @@ namespace peeler {
 
 enum class FrustumSide : std::uint8_t { kNear, kFar, kLeft, kRight, kBottom, kTop };
 
-/// Returns a side of the frustum beyond which the whole scene lies, if there is one. The frustum is
-/// that of the view's crop.
+/// Returns a side of the frustum of the view's crop if the whole scene lies beyond this side;
+/// nullopt if there is no such side.
 std::optional<FrustumSide> sideBeyondWhich(const View& view, const SceneExtent& extent);
 
 /// Whether a part of the scene lies beyond a side of the frustum of the view's crop, so that the

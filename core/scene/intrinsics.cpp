@@ -52,8 +52,8 @@ double rounded(double value, int digits) {
     return result;
 }
 
-/// Returns the number with the fewest digits among those that equal `value` up to rounding and for
-/// which fits() is true; nullopt if there is no such number.
+/// Returns the number with the fewest digits that equals `value` up to rounding and satisfies
+/// fits(); nullopt if there is no such number.
 template <class Fits>
 std::optional<double> simplest(double value, const Fits& fits) {
     for (int digits = 1; digits < std::numeric_limits<double>::max_digits10; ++digits)

@@ -61,7 +61,7 @@ namespace {
 
 constexpr double kViewMargin = 1.01;
 
-/// The interval from `low` to `high` along one axis of the light.
+/// An interval along one axis of the light.
 struct Extent {
     double low = 0, high = 0;
 

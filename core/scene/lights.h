@@ -13,8 +13,8 @@
 namespace peeler {
 
 struct PlacedLight {
-    /// The name of the light. If it has none, this is the name of its node or "light N", where N
-    /// counts in draw order.
+    /// The name of the light; if it has none, the name of its node or "light N", where N counts in
+    /// draw order.
     std::string name;
     std::string node_name;  ///< may be empty
     Light light;
@@ -32,10 +32,10 @@ inline constexpr double kWidestCone = 1.4835298641951802;  // 85 degrees in radi
 
 /// Returns the camera and projection of a light, named "light:" plus the light's name. A
 /// directional light has an orthographic view, fitted to the vertices in all three directions with
-/// a margin of 1 %. A spot light has a square perspective view that the outer cone is inscribed in;
-/// its near plane is at 1e-5 of the scene's reach, and it has no far plane. The caller sets width,
-/// height and crop. Returns nullopt for a point light, which shines in all directions, and for a
-/// scene without vertices.
+/// a margin of 1 %. A spot light has a square perspective view of its outer cone (at most
+/// kWidestCone) with the same margin; the near plane is at 1e-5 of the farthest vertex's depth, and
+/// there is no far plane. The caller sets width, height and crop. Returns nullopt for a point
+/// light, which shines in all directions, and for a scene without vertices.
 std::optional<View> lightView(const PlacedLight& light, const PosedScene& posed);
 
 }  // namespace peeler

@@ -26,8 +26,8 @@ float dielectricF0(float ior);
 /// Whether light passes through the surface, which then occludes nothing.
 bool isTransmissive(const Material& material);
 
-/// Whether the material may tint transmitted light. This is so if its base colour, texture or
-/// volume may filter channels differently. Vertex colours are not considered.
+/// Whether the material may tint transmitted light because its base colour, texture or volume may
+/// filter channels differently. Ignores vertex colours.
 bool isTintedGlass(const Material& material);
 
 }  // namespace peeler

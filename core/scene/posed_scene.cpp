@@ -15,9 +15,8 @@
 
 namespace peeler {
 
-/// The joint matrices of a skin at a moment. Each matrix is the product of the joint's transform
-/// and the joint's inverse bind matrix. This type has external linkage because PosedScene::Builder
-/// has members of it.
+/// The joint matrices of a skin at a moment: the product of each joint's transform and inverse bind
+/// matrix. External linkage is needed because PosedScene::Builder has members of this type.
 struct JointMatrices {
     std::vector<glm::dmat4> joints;
     glm::dmat4 unskinned{1};  ///< for primitives without joints, which follow their node
@@ -36,7 +35,7 @@ void forBlocks(std::size_t vertices, const Body& body) {
 }
 
 /// Adds w times a target's displacements. If the values have more components than the
-/// displacements, the additional ones stay unchanged.
+/// displacements, the additional components stay unchanged.
 template <class Vector, class Displacement>
 void displace(std::vector<Vector>& values, const std::vector<Displacement>& displacements,
               double w) {

@@ -21,9 +21,9 @@ namespace peeler {
 
 /// Evaluates keyframes (glTF 2.0 §3.11, appendix C). The time is rounded to a float, as keys' times
 /// are. The result at a key's time is exactly the key's value; before the first key or after the
-/// last, it is the first or last key's value. `value` receives one value, and its size must be the
-/// value's width. For quaternions (x, y, z, w: `rotation`), kLinear interpolates spherically along
-/// the shorter arc.
+/// last, it is the first or last key's value. `value` receives the result, and its size must be the
+/// result's number of components. For quaternions (x, y, z, w: `rotation`), kLinear interpolates
+/// spherically along the shorter arc.
 void sampleKeyframes(const Keyframes& keyframes, double time, bool rotation,
                      std::span<double> value);
 
@@ -109,9 +109,8 @@ struct LightInstance {
 
 using DeformedMesh = std::vector<DeformedVertices>;  ///< one entry per primitive
 
-/// The contents of one of a file's scenes in a pose, listed depth first, which is the draw order.
-/// The instances and their order do not depend on the time. Copies are cheap, because they share
-/// immutable contents.
+/// The contents of one of a file's scenes in a pose, in draw order (depth first). The instances and
+/// their order do not depend on the time. Copies are cheap, because they share immutable contents.
 class PosedScene {
   public:
     /// `index` is an index into Scene::scenes. `scene` must outlive this object and all its copies.
@@ -154,8 +153,8 @@ class PosedScene {
     /// Returns, for every mesh instance, its index among the instances of its node.
     std::vector<std::uint32_t> instanceOrdinals() const;
 
-    /// Whether anything drawn transmits coloured light. This may be tinted glass (isTintedGlass()),
-    /// or a transmissive surface with vertex colours. The answer does not depend on the time.
+    /// Whether anything drawn transmits coloured light, through tinted glass (isTintedGlass()) or a
+    /// transmissive surface with vertex colours. The answer does not depend on the time.
     bool hasTintedGlass() const;
 
     /// Returns the bounding box of all vertices; nullopt if there are no vertices.

@@ -4,7 +4,8 @@
 namespace peeler::inline v0 {
 glm::dmat4 Trs::matrix() const {
     glm::dmat4 result(1);
-    // Files round rotations to a few digits. Without normalisation, they would scale a little.
+    // Rotations in files are rounded to a few digits. Without normalisation, such rotations would
+    // scale a little.
     if (glm::length(rotation) > 0) result = glm::mat4_cast(glm::normalize(rotation));
     for (int axis = 0; axis < 3; ++axis)
         result[axis] *= scale[axis];

@@ -9,9 +9,9 @@
 
 namespace peeler {
 
-/// Returns a matrix's distance from a rigid transform. This is the largest of three deviations: of
-/// the determinant from 1, of the squared lengths of the axes from 1, and of the dot products of
-/// the axes from 0. NaN or infinite if the matrix is NaN or infinite.
+/// Returns a matrix's distance from a rigid transform: the largest deviation of the determinant
+/// from 1, of the squared lengths of the axes from 1, or of the dot products of the axes from 0.
+/// NaN or infinite if the matrix is NaN or infinite.
 double distanceFromRigid(const glm::dmat4& matrix);
 
 /// The maximum distanceFromRigid() of a matrix that is rigid up to rounding. Matrices from
@@ -58,8 +58,8 @@ class PixelRays {
     /// camera.
     double weight(double z) const { return perspective_ ? 1 / z : 1; }
 
-    /// Returns the change of planar depth from one pixel to the next, at this planar depth, on a
-    /// surface that is turned by 45° away from the camera.
+    /// Returns the change of planar depth per pixel, at this planar depth, on a surface that is
+    /// turned by 45° away from the camera.
     glm::dvec2 unitStep(double planar) const {
         const glm::dvec2 spacing = 2.0 * half_ / size_;
         return perspective_ ? spacing * planar : spacing;

@@ -21,7 +21,7 @@ double vanDerCorput(int i) {
     return sum;
 }
 
-/// Returns Smith's lambda. The masked fraction of the microfacets follows from it.
+/// Returns Smith's lambda, which gives the masked fraction of the microfacets.
 double smith(double a2, double cosine) {
     return 0.5 * (std::sqrt(1 + a2 * (1 - cosine * cosine) / (cosine * cosine)) - 1);
 }
@@ -113,8 +113,8 @@ double turnOf(const Part& part, double n_dot_v) {
     return slope / (std::sqrt(1 - n_dot_v * n_dot_v) + slope * (1 - n_dot_v));
 }
 
-/// Returns the roughness of the level whose filter is as wide as the part, divided by `roughness`,
-/// the roughness of the lobe.
+/// Returns the roughness of the level whose filter is as wide as the part, as a multiple of
+/// `roughness` (the lobe's).
 double widthOf(const Part& part, double roughness) {
     if (!(part.share > 1e-12)) return 1;
     return levelOfCosine(glm::length(part.moment) / part.share) / roughness;
@@ -126,12 +126,11 @@ struct GgxEntry {
 };
 
 GgxEntry ggxEntry(double roughness, double n_dot_v) {
-    // For a roughness below this one, widths are computed for a lobe of this roughness. Narrower
-    // lobes would have too few samples in their tails, and all narrow lobes have the same shape.
+    // Below this roughness, widths are computed for a lobe of this roughness: narrower lobes would
+    // have too few samples in their tails, and all narrow lobes have the same shape.
     constexpr double kNarrow = 0.2;
-    // For a view cosine above this one, mean directions are computed at this cosine. If the surface
-    // is seen head-on, the normal and the mirrored view coincide, and there is no line between
-    // them.
+    // Above this view cosine, mean directions are computed at this cosine: if the surface is seen
+    // head-on, the normal and the mirrored view coincide, and there is no line between them.
     constexpr double kHeadOn = 0.995;
     const auto lobeOf = [](double rough, double cosine) {
         return ggxLobe(std::max(rough * rough, kLeastAlpha), cosine);

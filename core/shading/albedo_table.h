@@ -24,8 +24,8 @@ std::vector<glm::vec4> albedoTable();
 /// term, whose mean direction is farther from the normal because of Schlick's factor. x and z: the
 /// mean direction, as a position on the line from the normal (0) to the mirrored view (1); may
 /// exceed 1. y and w: the roughness of the level to look up, divided by the surface's roughness.
-/// The lobe of this level has the same mean cosine with its axis. Slightly reduced for a roughness
-/// below 0.4.
+/// The level's filter lobe has the same mean cosine with its axis as the term's part of the lobe.
+/// Slightly reduced for a roughness below 0.4.
 std::vector<glm::vec4> lobeTable();
 
 }  // namespace peeler

@@ -227,9 +227,9 @@ struct Patch {
     std::size_t level = 0;
 };
 
-/// Returns the patches of a lobe. The angles from the axis bound rings. Each ring is divided into
-/// `around` patches of equal weight. The weight of a patch is the integral of `lobe`, a function of
-/// the angle, over the patch's solid angle.
+/// Returns the patches of a lobe. `angles` are the borders of rings, measured from the axis. Each
+/// ring is divided into `around` patches of equal weight. The weight of a patch is the integral of
+/// `lobe`, a function of the angle, over the patch's solid angle.
 std::vector<Patch> patches(const std::vector<double>& angles, int around,
                            const std::function<double(double)>& lobe,
                            const std::vector<SeamlessCube>& pyramid) {
@@ -272,9 +272,9 @@ std::vector<Patch> patches(const std::vector<double>& angles, int around,
 /// weighted by the light's cosine.
 std::vector<Patch> ggxPatches(double roughness, const std::vector<SeamlessCube>& pyramid) {
     const double alpha = roughness * roughness;
-    // If angles are measured in units of alpha, all narrow lobes have the same shape, with half of
-    // their weight within 1. Wide lobes get more patches, which costs little because their maps
-    // have few texels.
+    // In units of alpha, all narrow lobes have the same shape, and half of their weight is within 1
+    // unit of the axis. Wide lobes get more patches, which costs little because the maps for wide
+    // lobes have few texels.
     constexpr int kWideRings = 10;
     const bool wide = alpha > 0.2;
     std::vector<double> angles{0};
@@ -302,7 +302,8 @@ CubeMap convolved(const std::vector<SeamlessCube>& pyramid, int size,
         const int face = static_cast<int>(row) / size, y = static_cast<int>(row) % size;
         const glm::mat3& axes = kFaceAxes[static_cast<std::size_t>(face)];
         for (int x = 0; x < size; ++x) {
-            // In the face's axes, tangents vary smoothly from texel to texel.
+            // Tangents are computed in the face's axes, where they vary smoothly from texel to
+            // texel.
             const glm::vec3 n = cubeDirection(face, x, y, size) * axes;
             const glm::vec3 tangent = glm::normalize(glm::vec3(n.z, 0, -n.x));
             const glm::vec3 bitangent = glm::cross(n, tangent);
@@ -328,8 +329,8 @@ CubeMap irradianceOf(const CubeMap& source) {
         for (int y = 0; y < source.size; ++y)
             for (int x = 0; x < source.size; ++x) {
                 const glm::vec3 d = cubeDirection(face, x, y, source.size);
-                // A texel's solid angle is inversely proportional to the cube of its distance from
-                // the centre.
+                // A texel's solid angle is inversely proportional to the cube of the texel's
+                // distance from the cube's centre.
                 const float near = std::max({std::abs(d.x), std::abs(d.y), std::abs(d.z)});
                 texels.push_back(
                     {d, source.texels[texelOf(source, face, x, y)], near * near * near});
@@ -353,7 +354,7 @@ CubeMap irradianceOf(const CubeMap& source) {
 }  // namespace
 
 EnvironmentSamples::EnvironmentSamples(const Environment& environment, int count) {
-    // Shrunk to about one pixel per direction.
+    // Shrinks the environment to about one pixel per direction.
     const int height = std::max(1, static_cast<int>(std::lround(std::sqrt(count / 2.0))));
     coarse_ = shrunk(environment, std::min(2 * height, environment.width),
                      std::min(height, environment.height));
@@ -382,8 +383,7 @@ EnvironmentMaps prefilter(const Environment& environment) {
     };
     const int least = std::clamp(texels(environment.width), kSmallFace, kUsualFace);
     const int size = std::clamp(texels(environment.width / 4), least, kLargestFace);
-    // Finer sources are reduced first, since they would alias at the resolution of the cube's
-    // texels.
+    // Sources with finer pixels than the cube's texels are reduced first, because they would alias.
     const int width = std::min(environment.width, 4 * size);
     const int height = std::min(environment.height, 2 * size);
     const bool fits = width == environment.width && height == environment.height;

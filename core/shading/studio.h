@@ -11,8 +11,7 @@ namespace peeler {
 /// it faces the key light, 1.1 if it faces up, and 0.8 if it faces a viewer in front. The
 /// environment has no hash. Computed at build time; the program uses embeddedStudio().
 Environment studioEnvironment();
-// The studio has no detail for a higher resolution to show, since every edge is several pixels
-// wide.
+// A higher resolution would show no more detail, since every edge is several pixels wide.
 inline constexpr int kStudioWidth = 256, kStudioHeight = 128;
 
 }  // namespace peeler

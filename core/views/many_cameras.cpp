@@ -29,7 +29,7 @@ std::vector<glm::dvec3> standpoints(const ViewsAround& asked) {
     for (int i = 0; i < asked.count; ++i) {
         double y = std::sin(glm::radians(asked.elevation));
         double turn = (asked.clockwise ? -1.0 : 1.0) * i / asked.count + asked.azimuth / 360;
-        // Archimedes: heights on a sphere are evenly distributed.
+        // Archimedes: random points on a sphere have evenly distributed heights.
         if (asked.around == Around::kRandom) {
             y = 2 * uniform(random) - 1;
             turn = uniform(random);
@@ -41,8 +41,8 @@ std::vector<glm::dvec3> standpoints(const ViewsAround& asked) {
     return directions;
 }
 
-/// An eye's position relative to the centre of the turn: the distance against the viewing
-/// direction, and the distance upwards in the picture.
+/// An eye's position relative to the centre of the turn: `back` against the viewing direction, `up`
+/// along the picture's up vector.
 struct TurntableEye {
     double back, up;
 };
@@ -52,7 +52,8 @@ glm::dvec3 upInPicture(const glm::dvec3& forward) {
     return glm::cross(right, forward);
 }
 
-/// Returns the eye from which the solid that the scene sweeps just fits into the picture.
+/// Returns the nearest eye from which the solid of revolution that the scene sweeps fits into the
+/// picture.
 TurntableEye turntableEye(const SceneExtent& extent, const glm::dvec3& centre,
                           const glm::dvec3& forward, const Projection& projection) {
     const std::vector<glm::dvec2> profile = extent.profile(centre);
@@ -77,8 +78,8 @@ std::vector<CameraChoice> viewsAround(const ViewsAround& asked, const SceneExten
     const double half_height = std::tan(glm::radians(asked.fov) / 2);
     const double half_width = half_height * asked.size.width / asked.size.height;
     const double radius = glm::length(bounds.max - bounds.min) / 2;
-    // At the default distance, a sphere around the bounds touches the edges of the narrower field
-    // of view.
+    // At the default distance, a sphere around the bounds fills the narrower field of view except
+    // for the margin.
     const double narrow = std::atan(std::min(half_width, half_height) * (1 - 2 * kFramingMargin));
     const double usual = radius > 0 ? radius / std::sin(narrow) : 2 * sceneSize(bounds);
     const double distance = asked.distance.value_or(usual);

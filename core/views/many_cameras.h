@@ -27,10 +27,10 @@ struct ViewsAround {
     Around around = Around::kSphere;
     std::uint64_t seed = 0;            ///< for kRandom
     std::optional<double> distance{};  ///< from the centre to the eye, scene units
-    double elevation = 30;             ///< of circles above the horizon, degrees, −90 to 90
-    double azimuth = 0;                ///< of a circle's first camera; 0 = +Z, 90 = +X; degrees
-    bool clockwise = false;            ///< direction of circles, seen from above
-    double fov = 40;                   ///< vertical field of view, degrees
+    double elevation = 30;   ///< orbit, turntable: angle above the horizon, degrees, −90 to 90
+    double azimuth = 0;      ///< orbit, turntable: first camera; 0 = +Z, 90 = +X; degrees
+    bool clockwise = false;  ///< orbit, turntable: direction, seen from above
+    double fov = 40;         ///< vertical field of view, degrees
     /// Whether rays go through the upper left corners of pixels instead of their centres. Data-set
     /// tools do so if they count pixels from 0 and put the principal point at half the picture's
     /// size.
@@ -51,7 +51,7 @@ enum class Normalized : std::uint8_t {
     kUnitSphere  ///< the vertex farthest from the centre of the bounds is at distance 1
 };
 
-/// A uniform scaling that also moves the centre of the bounds to the origin.
+/// A translation of the bounds' centre to the origin, followed by a uniform scaling.
 struct Normalizing {
     double scale = 1;
     glm::dvec3 middle{0};  ///< centre of the bounds before scaling

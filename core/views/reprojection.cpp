@@ -38,9 +38,9 @@ using Fixed = glm::tvec2<std::int64_t>;
 /// A cell as seen by the other camera.
 struct ScreenCell {
     std::array<Fixed, kCorners> corners;
-    /// For each corner: the ratio of the two cameras' interpolation weights. The corner's
-    /// barycentric coordinate is multiplied by it, which makes interpolation a projective map from
-    /// picture to picture.
+    /// For each corner: the ratio of the two cameras' interpolation weights. Multiplying the
+    /// corner's barycentric coordinate by this ratio makes interpolation a projective map between
+    /// the pictures.
     std::array<double, kCorners> weights;
     Fixed least, most;
 };
@@ -225,7 +225,6 @@ void Reprojection::rasterise(std::uint32_t fragment, const ScreenCell& cell, con
         strip);
     if (box.empty()) return;
     const Fixed sample(rounded(to_.sample.x * kSteps), rounded(to_.sample.y * kSteps));
-    // The two triangles of a cell share a diagonal.
     constexpr std::array<std::array<std::size_t, 3>, 2> kTriangles = {{{0, 1, 2}, {0, 2, 3}}};
     for (const auto& triangle : kTriangles) {
         std::array<std::size_t, 3> at = triangle;
@@ -269,9 +268,9 @@ void Reprojection::rasterise(std::uint32_t fragment, const ScreenCell& cell, con
 
 void Reprojection::addHit(std::uint32_t fragment, const glm::dvec2& in_cell, std::uint32_t pixel,
                           std::vector<CellHit>& hits) const {
-    // Interpolates the corners' planar depth bilinearly. A correction gives the centre the
-    // fragment's own depth. So at the captured camera, nearly touching surfaces keep their captured
-    // order.
+    // Interpolates the corners' planar depth bilinearly, and corrects it so that the centre gets
+    // the fragment's own depth. Nearly touching surfaces then keep their captured order when seen
+    // from the captured camera.
     const auto& corners = cells_.corners[fragment];
     const double u = in_cell.x + 0.5, v = in_cell.y + 0.5;
     const double own = from_rays_.planar(image_.z[fragment]);

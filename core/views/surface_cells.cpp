@@ -110,9 +110,9 @@ class Linker {
     }
 
     /// Finds the order-preserving assignment of two lists with the minimum sum of squared steps, by
-    /// dynamic programming (sequence alignment). If two parallel surfaces are closer to each other
-    /// than their step, a wrong pairing has the same plain sum of steps as the right one. Squared
-    /// steps tell them apart. Greedy pairing would even prefer the wrong pairing.
+    /// dynamic programming (sequence alignment). Squares matter if two parallel surfaces are closer
+    /// to each other than their step: right and wrong pairings then have the same sum of plain
+    /// steps. Greedy pairing would even prefer the wrong pairing.
     void align(std::size_t pixel, std::size_t next, Side side, Table& table) {
         const List from = list(pixel), to = list(next);
         if (from.count == 0 || to.count == 0) return;
@@ -174,9 +174,9 @@ SurfaceLinks linkSurfaces(const LayeredImage& image, const View& view) {
 
 namespace {
 
-/// The maximum factor, for perspective cameras, by which the planar depth at a corner may be
-/// greater or less than that of the fragments around the corner. The limit keeps a surface that is
-/// seen edge-on from extending behind the camera or to the horizon.
+/// The maximum factor between the planar depth at a corner and the planar depths of the fragments
+/// around the corner, for perspective cameras. The limit keeps a surface that is seen edge-on from
+/// extending behind the camera or to the horizon.
 constexpr double kStretch = 2;
 
 /// The sides that lead from pixel to pixel around a corner, clockwise. The first pixel is the one
