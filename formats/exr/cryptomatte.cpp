@@ -24,7 +24,7 @@ struct Cover {
     float coverage;
 };
 
-/// The coverage of each name in a pixel, in order of falling coverage, then of hash.
+/// The coverage of each name in a pixel, sorted by falling coverage, then by hash.
 class PixelCoverage {
   public:
     void add(std::uint32_t hash, float coverage) {

@@ -33,11 +33,11 @@ struct CryptomatteLayer {
 /// Returns the Cryptomatte layers of a file: objects and materials.
 std::vector<CryptomatteLayer> cryptomatteLayers(const IdNames& names);
 
-/// Returns a layer's metadata: attribute names and their texts.
+/// Returns a layer's metadata: names and values of attributes.
 std::vector<std::pair<std::string, std::string>> cryptomatteAttributes(
     const CryptomatteLayer& layer);
 
-/// The number of names stored per pixel. The names with the highest coverage come first.
+/// The maximum number of names stored per pixel, in order of falling coverage.
 inline constexpr std::size_t kCryptomatteRanks = 6;
 
 /// Returns an array, without pixels, of kCryptomatteRanks pairs (hash as float, coverage) per
@@ -46,8 +46,8 @@ FragmentArray cryptomatteArray(const CryptomatteLayer& layer);
 
 /// Appends cryptomatteArray(), with its pixels, to the extra arrays of `composite`. The coverage of
 /// a name is the contribution of its fragments to the composite's alpha: Σ a·Π(1 − a of the
-/// fragments in front). Names with the same hash count as one. Throws Error (kInternal) if the
-/// image lacks the layer's channel of ids.
+/// fragments in front). Coverages of names with the same hash are added. Throws Error (kInternal)
+/// if the image lacks the layer's channel of ids.
 void appendCryptomatte(const LayeredImage& image, const CryptomatteLayer& layer,
                        CompositeImage& composite);
 

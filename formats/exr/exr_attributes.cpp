@@ -42,7 +42,7 @@ constexpr std::string_view kOfStorage[] = {"channels",
                                            "version",
                                            "view",
                                            "zipCompressionLevel"};
-/// Attributes that are derived from the camera, if it is known.
+/// Attributes that are derived from the camera if the camera is known.
 constexpr std::string_view kOfView[] = {"far",
                                         "fieldOfViewHorizontal",
                                         "fieldOfViewVertical",
@@ -54,7 +54,7 @@ constexpr std::string_view kOfView[] = {"far",
                                         "screenWindowWidth",
                                         "worldToCamera",
                                         "worldToNDC"};
-/// The attributes of the date. peeler sets its own date, or none.
+/// Attributes of the date: a file by peeler has its own date, or none.
 constexpr std::string_view kOfOurs[] = {"capDate", "utcOffset"};
 
 template <std::size_t n>
@@ -62,7 +62,7 @@ bool isOneOf(const std::string_view (&names)[n], std::string_view name) {
     return std::ranges::find(names, name) != std::end(names);
 }
 
-/// An input stream over an attribute's bytes, from which OpenEXR's classes read its value.
+/// An input stream over an attribute's bytes, for OpenEXR's classes.
 class ValueStream final : public Imf::IStream {
   public:
     explicit ValueStream(const std::vector<std::byte>& bytes)
@@ -85,10 +85,10 @@ class ValueStream final : public Imf::IStream {
     std::size_t place_ = 0;
 };
 
-/// Returns the attribute with OpenEXR's class for its type, or as opaque bytes. Throws the
-/// exceptions of that class.
+/// Returns the attribute as OpenEXR's class for its type, or as opaque bytes. Throws an exception
+/// if the value is malformed.
 std::unique_ptr<Imf::Attribute> attributeOf(const StoredAttribute& stored) {
-    Imf::staticInitialize();  // OpenEXR knows no types before this call or the first header
+    Imf::staticInitialize();  // registers OpenEXR's attribute types
     // OpenEXR's classes for these types trust the sizes in the data, so keep the values as opaque
     // bytes.
     const bool list = stored.type == "stringvector" || stored.type == "idmanifest" ||
@@ -116,7 +116,6 @@ bool isValid(const StoredAttribute& stored) {
     }
 }
 
-/// Whether peeler sets an attribute of this name in its files.
 bool isWrittenByUs(const std::string& name, bool camera_known) {
     return isOneOf(kOfStorage, name) || name.starts_with("peeler:") ||
            (camera_known && isOneOf(kOfView, name));

@@ -18,8 +18,8 @@ namespace peeler {
 /// about primaries other than Rec. 709.
 void readCarried(OpenedExr& opened, std::size_t part);
 
-/// The maximum total size of carried attributes, in bytes. There is a limit because every part of
-/// an output file repeats the attributes.
+/// The maximum total size of carried attributes, in bytes. Every part of an output file repeats the
+/// attributes.
 inline constexpr std::size_t kMostCarried = 1 << 20;
 
 /// Whether an attribute can be carried into peeler's files: peeler does not set the attribute

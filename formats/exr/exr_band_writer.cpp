@@ -24,7 +24,8 @@ namespace {
 /// Buffer size of an AtomicFile, in bytes.
 constexpr std::size_t kFileBuffer = std::size_t{1} << 20;
 
-/// Returns the channels for colour and Z, whose values come from these sources.
+/// Returns the channels for colour and Z. `color` and `z` are the sources of their values
+/// (ExrChannel::Source).
 std::vector<ExrChannel> colorChannels(const Plan& plan, int color, int z) {
     const std::vector<std::string> names = colorNames(plan.tinted);
     std::vector<ExrChannel> channels = {{"Z", PixelType::kFloat, z, 0, 1}};
@@ -96,7 +97,8 @@ void ExrBandWriter::write(const LayeredImage& band) {
 
 SinkMemory ExrBandWriter::memory(std::span<const ExrPart> parts, const Plan& plan,
                                  const OutputOptions& options) {
-    // The number of values per row, in the widest part and in all parts together.
+    // `widest`: the maximum number of values in one row of a part, per channel. `all`: the number
+    // of values in all parts together, per channel.
     std::uint64_t widest = 0, all = 0;
     std::size_t last_file = 0;
     for (const ExrPart& part : parts) {
@@ -108,7 +110,8 @@ SinkMemory ExrBandWriter::memory(std::span<const ExrPart> parts, const Plan& pla
     }
     const std::uint64_t pixel = colorNames(plan.tinted).size() * pixelTypeSize(plan.color_type) +
                                 sizeof(float) + plan.channel_bytes;
-    std::uint64_t composite = 0;  // bytes per pixel in addition to colour and Z
+    // Bytes per pixel for the composite's channels other than colour and Z.
+    std::uint64_t composite = 0;
     if (std::ranges::any_of(parts, &ExrPart::nearest_channels)) composite += plan.channel_bytes;
     if (options.cryptomatte) {
         for (const CryptomatteLayer& layer : cryptomatteLayers({}))
@@ -116,7 +119,7 @@ SinkMemory ExrBandWriter::memory(std::span<const ExrPart> parts, const Plan& pla
     }
     const int rows = exrRowsPerChunk(exrCompressionOf(options.compression, false));
     const std::uint64_t chunk = widest * static_cast<std::uint64_t>(rows) * (pixel + composite);
-    // Each thread holds a raw and a filtered chunk. Packed chunks wait until earlier ones are
+    // Each thread holds a raw and a filtered chunk. Packed chunks wait until earlier chunks are
     // written.
     const auto threads = static_cast<std::uint64_t>(threadCount());
     const std::uint64_t packed =
@@ -164,15 +167,14 @@ void ExrBandWriter::open(const LayeredImage& first_band) {
         exr_.push_back(std::make_unique<ExrOutput>(*files_[file], std::move(headers[file])));
     for (std::size_t part = 0; part < parts_.size(); ++part)
         chunks_.push_back(exr_[parts_[part].file]->chunkCount(place_[part]));
-    // The colours of composites are converted. The stored colours of layers are not.
+    // Colours of composites are converted to the plan's type; colours of layers are not.
     if (layered && first_band.color.type != plan_.color_type) {
         throw Error(ErrorKind::kInternal, "a band's colours do not fit the plan",
                     files_.front()->path());
     }
 }
 
-/// Lists the channels of each part: the channels of its layers, and those of the composite if the
-/// part holds it.
+/// Lists the channels of each part, for its layers and its composite.
 void ExrBandWriter::findChannels(const LayeredImage& first_band) {
     auto layer_channels = colorChannels(plan_, ExrChannel::kColor, ExrChannel::kZ);
     appendExrChannels(first_band.extra, layer_channels);

@@ -26,8 +26,7 @@ struct ExrPart {
     std::vector<int> layers = {kComposite};
     bool prefixed = false;  ///< whether channels of layers have names like layer_000.R
     std::size_t file = 0;   ///< index, in the writer, of the file that holds the part
-    /// The layer's fragment count, which is stored in the header if the part has a file of its own;
-    /// otherwise 0.
+    /// The layer's fragment count for the header if the part has a file of its own; otherwise 0.
     std::uint64_t fragments = 0;
     /// Whether the composite also stores the nearest fragment's channels other than colour and Z.
     bool nearest_channels = false;
@@ -43,13 +42,14 @@ struct ExrChannel {
     int layer = ExrPart::kComposite;  ///< a value in ExrPart::layers
 };
 
-/// A writer that streams bands into the parts of one or several files. It uses these options: the
-/// background behind the composite; cryptomatte (whether the composite has Cryptomatte coverage,
-/// which needs the channels id.*); composited (whether bands are already composites with one entry
-/// per pixel, whose channels are kept); compression; and the layout to store in `peeler:layout` (""
-/// stores none). The files' bytes do not depend on the division of the picture into bands, nor on
-/// the number of threads. Between bands, the writer keeps the rows that unfinished chunks need, at
-/// most 15. Where a pixel lacks a layer, Z is +inf and every other channel is 0.
+/// A writer that streams bands into the parts of one or several files. Uses the options
+/// `background` (behind the composite), `cryptomatte` (adds Cryptomatte coverage to the composite;
+/// needs the channels id.*), `composited` (bands are composites already, with one entry per pixel,
+/// and keep their channels), `compression` and `layout` (stored in `peeler:layout` unless empty).
+///
+/// The files' bytes do not depend on the division of the picture into bands, nor on the number of
+/// threads. Between bands, the writer keeps the rows that unfinished chunks need, at most 15. Where
+/// a pixel lacks a layer, Z is +inf and every other channel is 0.
 class ExrBandWriter {
   public:
     /// Creates the hidden files. Throws Error (kOutput).
@@ -58,7 +58,7 @@ class ExrBandWriter {
     ~ExrBandWriter();
 
     /// Writes the chunks that the band completes. Throws Error (kOutput) if writing fails, Error
-    /// (kInternal) if the band does not follow the previous one or is malformed.
+    /// (kInternal) if the band does not follow the previous band or is malformed.
     void write(const LayeredImage& band);
     /// Finishes the files. Publishes no file before all are complete. Throws Error (kOutput) if
     /// writing fails, Error (kInternal) if rows are missing.
@@ -69,9 +69,7 @@ class ExrBandWriter {
     static SinkMemory memory(std::span<const ExrPart> parts, const Plan& plan,
                              const OutputOptions& options);
     const StageTimes& times() const { return times_; }
-    /// Returns the number of fragments in the bands received so far.
     std::uint64_t fragmentsSeen() const { return fragments_seen_; }
-    /// Returns the number of fragments written into layers so far.
     std::uint64_t fragmentsWritten() const { return fragments_written_; }
 
   private:
@@ -108,7 +106,7 @@ class ExrBandWriter {
     std::vector<std::size_t> place_;                 ///< index of each part within its file
     std::vector<std::vector<ExrChannel>> channels_;  ///< channels of each part
     bool composite_ = false;                         ///< whether any part stores the composite
-    /// The number of chunks, and the next chunk to write, in each part.
+    /// For each part: the number of chunks, and the next chunk to write.
     std::vector<int> chunks_, next_chunk_;
     int next_row_ = 0;
     LayeredImage carried_;

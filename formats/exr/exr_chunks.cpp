@@ -151,8 +151,8 @@ std::span<std::byte> ExrChunkPacker::raw(std::size_t bytes) {
     return raw_;
 }
 
-/// Applies OpenEXR's filter (ImfZip.cpp) in one loop: all even bytes, then all odd bytes, replaced
-/// by the differences of consecutive bytes, biased by 128.
+/// Applies OpenEXR's filter (ImfZip.cpp) in one loop: puts all even bytes before all odd bytes,
+/// then replaces each byte by its difference from the previous byte, plus 128.
 void ExrChunkPacker::filter() {
     const std::size_t size = raw_.size();
     filtered_.clear();
@@ -187,7 +187,7 @@ void ExrChunkPacker::pack(ByteBuffer& out) {
             out.resize(packed);
         }
     }
-    // Stores the chunk uncompressed. Readers recognise this by the chunk's size.
+    // Store the chunk uncompressed. Readers recognise an uncompressed chunk by its size.
     if (!smaller) out = raw_;
 }
 
@@ -252,7 +252,8 @@ std::string ExrOutput::headerBytes(const Imf::Header& header) {
     return std::move(stream.data);
 }
 
-/// Records the chunk's offset. Returns the chunk's first bytes.
+/// Records the chunk's offset. Returns the fields before the chunk's data: the part's number (in
+/// multi-part files), and y.
 std::string ExrOutput::beginChunk(std::size_t part, int chunk) {
     chunk_ = first_offset_[part] + static_cast<std::size_t>(chunk);
     std::uint64_t& offset = offsets_.at(chunk_);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scan-line OpenEXR container, flat or deep: writes headers, offset tables, and chunks in any
-// order; unpacks chunks of input files.
+// Scan-line OpenEXR container, flat or deep: headers, offset tables and chunks; unpacking of input
+// chunks.
 //
 // OpenEXR's own multi-part writer requires one part to be finished before the next. This container
 // accepts chunks of any part in any order, so that bands can stream through all parts at once.
@@ -32,10 +32,10 @@ namespace peeler {
 /// The compression level for libdeflate. Higher levels gain little on float pixels.
 inline constexpr int kDefaultZipLevel = 4;
 
-/// The maximum number of bytes of unpacked pixels that a writer packs at once. It limits the
-/// writer's memory.
+/// The size of the batches of chunks that a writer packs at once, in bytes of unpacked pixels.
+/// Limits the writer's memory.
 inline constexpr std::size_t kExrBytesInFlight = 16U << 20;
-/// The number of copies of these pixels in memory: raw, filtered, packed.
+/// The number of copies of a batch in memory: raw, filtered, packed.
 inline constexpr std::size_t kExrCopiesInFlight = 3;
 
 /// Returns the rows per chunk: 16 for ZIP, 1 for the other compressions that peeler writes.
@@ -44,7 +44,7 @@ inline int exrRowsPerChunk(Imf::Compression compression) {
 }
 
 /// Returns OpenEXR's value for the name of a compression (exrCompressions()). "" means the default
-/// of deep images if `deep`, else of flat images. Throws Error (kUsage).
+/// of deep images if `deep` is true, else the default of flat images. Throws Error (kUsage).
 Imf::Compression exrCompressionOf(const std::string& name, bool deep);
 
 /// Returns OpenEXR's value for a pixel type.
@@ -114,22 +114,22 @@ struct ExrDeepChunk {
 class ExrOutput {
   public:
     /// Writes the magic number, the headers (with their chunk counts filled in) and space for the
-    /// offset tables. `headers` need names, types and channels, and equal values of the attributes
-    /// that all parts must share. Throws Error (kOutput), also if a chunk could exceed the format's
-    /// 2 GiB, or if a header is invalid.
+    /// offset tables. `headers` need names, types and channels; attributes that all parts must
+    /// share need equal values. Throws Error (kOutput) if writing fails, if a chunk could exceed
+    /// the format's limit of 2 GiB, or if a header is invalid.
     ExrOutput(AtomicFile& file, std::vector<Imf::Header> headers);
 
     int chunkCount(std::size_t part) const { return headers_[part].chunkCount(); }
     /// Appends a packed chunk of a flat part. Every chunk must be appended exactly once.
     void append(std::size_t part, int chunk, std::span<const std::byte> packed);
     /// Appends a packed chunk of a deep part. Throws Error (kOutput) if the row exceeds the
-    /// format's 2 GiB.
+    /// format's limit of 2 GiB.
     void append(std::size_t part, int chunk, const ExrDeepChunk& packed);
     /// Replaces an attribute's value in a part's header. The new value must have the same size.
     void setAttribute(std::size_t part, const char* name, const Imf::Attribute& value);
-    /// Fills in the offset tables and each part's hash (exr_integrity.h), then checks headers and
-    /// tables by reading them with OpenEXR. Throws Error (kInternal) if a chunk is missing, Error
-    /// (kOutput) if headers or tables read back differently.
+    /// Fills in the offset tables and each part's hash (exr_integrity.h), then reads headers and
+    /// tables with OpenEXR to check them. Throws Error (kInternal) if a chunk is missing, Error
+    /// (kOutput) if OpenEXR reads different headers or tables.
     void finish();
 
   private:
@@ -143,7 +143,8 @@ class ExrOutput {
     AtomicFile& file_;
     std::vector<Imf::Header> headers_;
     std::vector<std::size_t> first_offset_;  ///< index into offsets_ of each part's first chunk
-    /// Offsets of the chunks of all parts, in file order; 0 for chunks that are not yet written.
+    /// Offsets of the chunks of all parts, in the order of the offset tables; 0 for chunks that are
+    /// not yet written.
     std::vector<std::uint64_t> offsets_;
     std::vector<std::uint64_t> hashes_;  ///< hashes of the chunks, in the order of offsets_
     std::size_t chunk_ = 0;              ///< index into offsets_ of the chunk being written
@@ -152,18 +153,17 @@ class ExrOutput {
     bool headers_changed_ = false;
 };
 
-/// Returns the maximum unpacked size of `packed` bytes, for checks of a file's sizes before
-/// allocating, or 0 if deep data cannot have this compression.
+/// Returns the maximum unpacked size of `packed` bytes, or 0 if deep data cannot have this
+/// compression. Serves to check the sizes in a file before memory is allocated.
 std::uint64_t exrMostUnpacked(const std::string& compression, std::uint64_t packed);
 
 /// Unpacks a chunk with compression "none", "rle", "zips" or "zip" (ExrInputPart::compression) into
-/// `out`, which must have the unpacked size. A chunk of that size is stored unpacked and is only
-/// copied. Returns false if the chunk does not fill `out` exactly.
+/// `out`, which must have the unpacked size. Copies a chunk that already has the unpacked size.
+/// Returns false if the chunk does not fill `out` exactly.
 bool exrUnpack(const std::string& compression, std::span<const std::byte> packed,
                std::span<std::byte> out);
 
-/// Unpacks like exrUnpack(), but for chunks that are always packed, even if packing does not make
-/// them smaller.
+/// Unpacks like exrUnpack(), but never takes a chunk for unpacked because of its size.
 bool exrUnpackAlways(const std::string& compression, std::span<const std::byte> packed,
                      std::span<std::byte> out);
 

@@ -34,7 +34,7 @@ auto byClasses(const std::string& place, Action&& action) {
         throw std::bad_alloc();
     } catch (const std::exception& problem) {
         const std::string_view what = problem.what();
-        // A failure in one of OpenEXR's tasks can be recognised only by its text.
+        // OpenEXR's tasks keep only the text of an exception.
         if (what.find("bad_alloc") != std::string_view::npos) throw std::bad_alloc();
         throw Error(ErrorKind::kInput, "OpenEXR cannot read the file: " + std::string(what), place,
                     "the file may be damaged or cut off; write it again");
@@ -78,7 +78,7 @@ void ExrClasses::decodeTiles(int part, const std::string& place) {
         Imf::TiledInputPart input(file_->input, part);
         const std::size_t width = input.tileXSize();
         std::vector<float> pixels(width * input.tileYSize());
-        // Decoding a tile unpacks all channels, even if only one has a slice.
+        // The slice of one channel is enough: decoding a tile unpacks all channels.
         Imf::FrameBuffer buffer;
         buffer.insert(input.header().channels().begin().name(),
                       Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(pixels.data()), sizeof(float),

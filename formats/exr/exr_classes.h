@@ -14,7 +14,7 @@
 
 namespace peeler {
 
-/// A destination for a channel: values converted to `type`, in consecutive rows as wide as the data
+/// The destination of a channel: values of type `type`, in consecutive rows as wide as the data
 /// window.
 struct ExrPlane {
     std::string name;
@@ -22,15 +22,15 @@ struct ExrPlane {
     std::byte* first = nullptr;
 };
 
-/// An open file. Several threads may use this object; it decodes for one thread at a time.
+/// An open file. Several threads may use this object, but only one of them decodes at a time.
 class ExrClasses {
   public:
     /// `file` must be open, must have passed the checks of ExrInput, and must outlive this object.
-    /// Throws Error (kInput) if the classes reject it.
+    /// Throws Error (kInput) if the classes reject the file.
     ExrClasses(const RegularFile& file, const std::string& path);
     ~ExrClasses();
 
-    /// Decodes rows of a part, over the whole width of the data window; `rows` is in the file's
+    /// Decodes rows of a part, over the whole width of the data window. `rows` is in the file's
     /// coordinates. Throws Error (kInput) with `place` as `where`.
     void readRows(int part, const Window& rows, std::span<const ExrPlane> planes,
                   const std::string& place);

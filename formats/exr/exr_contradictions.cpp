@@ -24,7 +24,7 @@ namespace {
 
 constexpr const char* kCameraJson = "peeler:cameraJson";
 
-/// The attributes derived from the camera. Attributes of the other projection must be missing.
+/// The attributes derived from the camera. A header must lack those of the other projection.
 constexpr const char* kOfCamera[] = {"worldToCamera",
                                      "worldToNDC",
                                      "near",
@@ -49,9 +49,9 @@ std::vector<float> numbersOf(const Imf::Attribute& attribute) {
     return {};
 }
 
-/// Whether values agree. Other compilers and machines may round the last bits of double-precision
-/// results differently. This may move a float by one ulp and, where large numbers cancel out, turn
-/// a tiny float into 0.
+/// Whether values agree, apart from rounding. Other compilers and machines may round the last bits
+/// of double-precision results differently. A float may then differ by one ulp and, where large
+/// numbers cancel out, be 0 instead of tiny.
 bool areClose(const std::vector<float>& found, const std::vector<float>& wanted) {
     constexpr float kRelative = 4 * std::numeric_limits<float>::epsilon(), kOfLargest = 1e-9F;
     float largest = 0;
@@ -59,7 +59,7 @@ bool areClose(const std::vector<float>& found, const std::vector<float>& wanted)
         if (std::isfinite(number)) largest = std::max(largest, std::abs(number));
     for (std::size_t i = 0; i < wanted.size(); ++i) {
         if (found[i] == wanted[i]) continue;
-        // This form rejects NaN, too.
+        // The negated comparison also rejects NaN.
         const float most = kRelative * std::abs(wanted[i]) + kOfLargest * largest;
         if (!std::isfinite(wanted[i]) || !(std::abs(found[i] - wanted[i]) <= most)) return false;
     }

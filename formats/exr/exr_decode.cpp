@@ -13,8 +13,8 @@
 namespace peeler {
 namespace {
 
-/// The number of chunks that are looked up before they are decoded. The number is limited so that
-/// headers cannot demand much memory.
+/// The number of chunks that are looked up before they are decoded. Limits the memory that a header
+/// can make the reader use.
 constexpr std::size_t kBatch = 1024;
 /// Maximum unpacked bytes of a chunk.
 constexpr std::uint64_t kMaxUnpacked = std::uint64_t{1} << 30;
@@ -57,8 +57,8 @@ exr_result_t forEachLevel(exr_const_context_t context, int part, Visit&& visit) 
 
 }  // namespace
 
-/// Implements decodeAll() for a part that needs OpenEXR's classes. They unpack all channels of a
-/// block even if only one has a destination.
+/// Implements decodeAll() for a part that needs OpenEXR's classes. The classes unpack all channels
+/// of a block even if only one channel has a destination.
 void ExrInput::decodeDwa(std::size_t part) const {
     const ExrInputPart& info = parts_[part];
     if (info.type == "tiledimage")

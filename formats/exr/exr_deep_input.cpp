@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Deep half of ExrInput. OpenEXRCore finds and reads the packed chunks. The code here checks all
-// sizes, then unpacks, since the deep pipeline of OpenEXRCore 3.1.5 has known overflows.
+// Deep half of ExrInput.
+//
+// OpenEXRCore finds and reads the packed chunks. This file checks all sizes and unpacks, since the
+// deep pipeline of OpenEXRCore 3.1.5 has known overflows.
 #include <OpenEXR/openexr.h>
 
 #include <algorithm>
@@ -42,10 +44,10 @@ bool toCounts(std::span<std::uint32_t> table, std::size_t width) {
     return true;
 }
 
-/// Unpacks a block's table of sample counts. OpenEXR's writer stores a table unpacked if the packed
-/// table would not be smaller than the unpacked table of a whole tile. This also applies to a tile
-/// at the edge, which has fewer pixels: the stored table is that of a whole tile, and only its
-/// first entries are valid.
+/// Unpacks a block's table of sample counts. OpenEXR's writer stores a table unpacked unless
+/// packing makes it smaller than the unpacked table of a whole tile. An unpacked table of a tile at
+/// the edge, which has fewer pixels, also has the size of a whole tile; only its first entries are
+/// valid.
 bool unpackTable(const ExrInputPart& part, std::span<const std::byte> table,
                  std::span<std::byte> out) {
     const Grid grid = gridOf(part);
@@ -98,7 +100,7 @@ void ExrInput::readDeepBlock(std::size_t part, std::size_t block, bool counts_on
         chunk.unpacked_size > exrMostUnpacked(info.compression, chunk.packed_size)) {
         refuse("a chunk has an implausible size", info);
     }
-    // OpenEXRCore does not read the samples if their pointer is null.
+    // OpenEXRCore reads no samples if their pointer is null.
     const std::size_t packed_size = counts_only ? 0 : chunk.packed_size;
     const auto packed = std::make_unique_for_overwrite<std::byte[]>(packed_size);
     const auto table = std::make_unique_for_overwrite<std::byte[]>(chunk.sample_count_table_size);

@@ -25,8 +25,8 @@ namespace {
 
 /// The maximum number of samples per pixel, and thus of layers.
 constexpr std::uint32_t kMostSamples = 1 << 16;
-/// The bytes of samples to read at once. A larger value does not help, because touching new memory
-/// takes time.
+/// The maximum size of the samples read at once, in bytes. A larger value is not faster, because
+/// touching new memory takes time.
 constexpr std::uint64_t kMostSampleBytes = std::uint64_t{64} << 20U;
 
 float floatAt(const std::byte* from, PixelType type) {
@@ -65,7 +65,7 @@ void storeComponent(const std::byte* from, PixelType type, FragmentArray& color,
         color.as<float>()[f * color.components() + component] = floatAt(from, type);
 }
 
-/// Rearranges the fragments of an array; `order` holds the old index of each fragment.
+/// Reorders the fragments of an array. `order` holds the old index of each fragment.
 template <class T>
 void permute(T* values, std::size_t stride, const std::vector<std::uint32_t>& order,
              std::vector<std::byte>& scratch) {
@@ -101,7 +101,6 @@ void sortFragments(LayeredImage& image) {
     });
 }
 
-/// Returns the bytes per sample in all channels of a part together.
 std::uint64_t sampleBytes(const ExrInputPart& part) {
     std::uint64_t bytes = 0;
     for (const ExrInputChannel& channel : part.channels)
@@ -132,7 +131,6 @@ ExrDeepReader::ExrDeepReader(OpenedExr opened, const ExrPicture& picture)
 
 ExrDeepReader::~ExrDeepReader() = default;
 
-/// Warns if colours or alpha are missing.
 void ExrDeepReader::warnOfColors() {
     ReadWarnings& warnings = opened_.warnings;
     const std::string where = input_.where(parts_.front().index);
@@ -146,7 +144,7 @@ void ExrDeepReader::warnOfColors() {
         warnings.warn("The samples have no alpha (A, or AR, AG and AB): they are opaque.", where);
 }
 
-/// Returns the other parts that may describe the same samples, according to their headers.
+/// Returns the parts other than `main` that may describe the same samples, judged by their headers.
 std::vector<std::size_t> ExrDeepReader::findOthers(std::size_t main) const {
     std::vector<std::size_t> others;
     std::set<std::string> known;
@@ -182,8 +180,8 @@ bool ExrDeepReader::sameBlocks(std::size_t a, std::size_t b) const {
            input_.deepBlockWindow(a, 0) == input_.deepBlockWindow(b, 0);
 }
 
-/// Reads the sample counts of a block in all parts. Lists the parts whose counts differ from those
-/// of the first part.
+/// Reads the sample counts of a block in all parts. Lists the parts whose counts differ from the
+/// first part's.
 void ExrDeepReader::count(std::size_t block, CountedBlock& out) const {
     const std::size_t main = parts_.front().index;
     input_.readDeepBlock(main, block, true, out.main);
@@ -199,8 +197,8 @@ void ExrDeepReader::count(std::size_t block, CountedBlock& out) const {
     }
 }
 
-/// Fills in the plan from the sample counts. Leaves out parts with different counts; in peeler's
-/// files, different counts are an error.
+/// Fills in the plan from the sample counts. Leaves out parts whose counts differ from the first
+/// part's. In a file by peeler, different counts are an error.
 void ExrDeepReader::countSamples() {
     const std::size_t main = parts_.front().index;
     Window counted_pixels = intersect(info_.parts[main].data_window, info_.plan.view.crop);
@@ -253,7 +251,8 @@ void ExrDeepReader::findChannels() {
             if (colors_.named(colors[c]) == name) return {.target = Route::kColor, .component = c};
         if (first && name == colors_.luminance) return {.target = Route::kGrey};
         if (first && name == colors_.depth) return {.target = Route::kZ};
-        // Skip channels of other pictures in the part, and channels that every part repeats.
+        // Skip the colours and Z of other pictures in the part, and the depth channels that every
+        // part repeats.
         const bool taken = name == "Z" || std::ranges::find(colors, name) != colors.end();
         return {.target = taken || (!first && name == "ZBack") ? Route::kNowhere : 0};
     };
@@ -331,7 +330,6 @@ void ExrDeepReader::readSamples(const Window& window, LayeredImage& out) const {
     }
 }
 
-/// Stores a channel's values in the fragments [begin, end).
 void ExrDeepReader::store(const Route& route, const std::byte* from, std::size_t begin,
                           std::size_t end, LayeredImage& out) {
     if (route.target == Route::kZ) {
@@ -345,7 +343,7 @@ void ExrDeepReader::store(const Route& route, const std::byte* from, std::size_t
             storeComponent(from, route.type, out.color, c, begin, end);
     } else if (route.target >= 0) {
         FragmentArray& array = out.extra[static_cast<std::size_t>(route.target)];
-        // Float and uint are handled alike, because their bits are copied unchanged.
+        // Float and uint are handled alike: their bits are copied unchanged.
         if (array.type == PixelType::kHalf) {
             storeComponent<std::uint16_t>(from, array, route.component, begin, end);
         } else {
@@ -374,8 +372,8 @@ void ExrDeepReader::scatter(const ExrDeepBlock& block, const Part& part, Layered
             begin = offsets[0];
             end = offsets[columns];
             for (std::size_t x = 0; x < columns; ++x) {
-                // The file may change while it is read. Even then, samples must never be stored
-                // beyond the row.
+                // Another program may have changed the file since it was opened. Samples must not
+                // be stored beyond the row.
                 if (offsets[x + 1] - offsets[x] != counts[left + x]) {
                     throw Error(ErrorKind::kInput,
                                 "the sample counts have changed since the file was opened",
@@ -420,7 +418,7 @@ void ExrDeepReader::read(const Window& window, LayeredImage& out) {
     warnOfVolumes(out);
 }
 
-/// Sets alpha to the mean of AR, AG and AB, or to 1 without them.
+/// Sets alpha to the mean of AR, AG and AB, or to 1 if these channels are missing.
 void ExrDeepReader::completeAlpha(LayeredImage& out) const {
     parallelFor(static_cast<std::size_t>(out.window.height()), [&](std::size_t row) {
         const auto width = static_cast<std::size_t>(out.window.width());
@@ -433,7 +431,7 @@ void ExrDeepReader::completeAlpha(LayeredImage& out) const {
     });
 }
 
-/// Warns if a sample begins in front of the back of another. Such overlapping samples are not split
+/// Warns about samples that overlap in depth (Z to ZBack), because they are not split
 /// ("Interpreting OpenEXR Deep Pixels", openexr.com).
 void ExrDeepReader::warnOfVolumes(const LayeredImage& image) {
     const FragmentChannel back = findChannel(image, colors_.depth_back);

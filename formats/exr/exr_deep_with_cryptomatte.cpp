@@ -20,11 +20,10 @@ OutputOptions deepOptions(OutputOptions options) {
 OutputOptions compositeOptions(OutputOptions options) {
     options.as = "composite";
     options.compression.clear();
-    options.provenance.output_hash.clear();  // it is the deep image's
+    options.provenance.output_hash.clear();  // it is the hash of the deep image
     return options;
 }
 
-/// A writer of the deep image and the composite.
 class DeepWithCryptomatte final : public Sink {
   public:
     DeepWithCryptomatte(const std::string& path, const OutputOptions& options)
@@ -51,7 +50,7 @@ class DeepWithCryptomatte final : public Sink {
         memory.bytes += more.bytes;
         memory.pixel_bytes += more.pixel_bytes;
         memory.fragment_bytes += more.fragment_bytes;
-        memory.bands = std::max(memory.bands, more.bands) + 1;  // the copy
+        memory.bands = std::max(memory.bands, more.bands) + 1;  // for copy_
         return memory;
     }
     StageTimes times() const override {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A deep image, with its Cryptomatte in a composite beside it.
+// Deep image with Cryptomatte: a deep file, and a flat composite for the Cryptomatte.
 #pragma once
 
 #include <memory>
@@ -12,14 +12,14 @@
 namespace peeler {
 
 /// Returns an ExrDeepWriter and, if OutputOptions::cryptomatte is set, an ExrCompositeWriter for
-/// deepCompanions(). Cryptomatte describes pixels, not samples, and its readers look for it in flat
-/// images, so it needs a file of its own. Readers of deep images fail if a file also has flat parts
-/// (OpenImageIO's flatten, for one), so the composite is no part of the deep file. Either both
-/// files are published, the composite first, or none.
+/// the file deepCompanions(). Cryptomatte describes pixels, not samples, and its readers expect
+/// flat images. Some readers of deep images (OpenImageIO's flatten) fail if a file also has flat
+/// parts, so the composite needs a file of its own. The composite is published before the deep
+/// image.
 std::unique_ptr<Sink> makeDeepImage(const std::string& path, const OutputOptions& options);
 
-/// Returns the file beside a deep image: "out.cryptomatte.exr" for "out.exr"; none without
-/// OutputOptions::cryptomatte.
+/// Returns the path of a deep image's Cryptomatte: "out.cryptomatte.exr" for "out.exr"; an empty
+/// list without OutputOptions::cryptomatte.
 std::vector<std::string> deepCompanions(const std::string& path, const OutputOptions& options);
 
 }  // namespace peeler

@@ -28,12 +28,12 @@ constexpr int kMostRowsInFlight = 64;
 constexpr const char* kStored = "peeler:fragmentsStored";
 constexpr const char* kMaxSamples = "maxSamplesPerPixel";  // required by the OpenEXR file layout
 
-/// The channels other than R, G, B, A and Z that are composited, or used in compositing, according
-/// to "Interpreting OpenEXR Deep Pixels".
+/// The channels other than R, G, B, A and Z that take part in compositing ("Interpreting OpenEXR
+/// Deep Pixels").
 constexpr std::array<std::string_view, 4> kOfColor = {"AR", "AG", "AB", "ZBack"};
 
-/// Whether all channels of an array take part in compositing. The part `color` has no other
-/// channels, since programs like OpenImageIO's flatten composite every channel of a part.
+/// Whether all channels of an array take part in compositing. The part `color` has only such
+/// channels, since some programs (OpenImageIO's flatten) composite every channel of a part.
 bool belongsToColor(const FragmentArray& array) {
     return std::ranges::all_of(array.channels, [](const std::string& channel) {
         return std::ranges::find(kOfColor, channel) != kOfColor.end();
@@ -144,7 +144,7 @@ void ExrDeepWriter::check(const LayeredImage& band) const {
     if (!good) throw Error(ErrorKind::kInternal, "a band does not fit the plan", path_);
 }
 
-/// Returns the number of rows from y on to encode before writing them.
+/// Returns the number of rows, from y on, that are encoded together before they are written.
 int ExrDeepWriter::rowsInFlight(const LayeredImage& band, int y) const {
     const std::size_t first = band.offsets[band.pixelIndex(band.window.x0, y)];
     const std::size_t most = kExrBytesInFlight / sampleBytes(like_);

@@ -24,7 +24,8 @@ bool sameRender(const ExrInputPart& a, const ExrInputPart& b) {
     return true;
 }
 
-/// Whether a file with these parts is the head of a set, rather than one of its layers.
+/// Whether a file with these parts is the head of a set. The other files of a set hold one layer
+/// each.
 bool isHead(const std::vector<ExrInputPart>& parts) {
     return !parts.empty() && parts.front().attribute("peeler:layout") == kPerFileLayout &&
            parts.front().attribute("peeler:layer").empty();
@@ -60,7 +61,7 @@ std::vector<std::string> exrFilesOf(const std::string& path) {
         for (int layer = 0; layer < std::min(layers, kMostLayers); ++layer)
             files.push_back(exrLayerFile(path, static_cast<std::size_t>(layer)));
     } catch (const Error&) {
-        // The caller reports this error when it reads the file.
+        // The caller will find the same error when it reads the file.
     }
     return files;
 }

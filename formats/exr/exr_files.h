@@ -21,8 +21,7 @@ namespace peeler {
 /// "out.exr".
 std::string exrLayerFile(const std::string& path, std::size_t layer);
 
-/// Whether `path` names the file of one of the layers of `head`, even if the two paths are written
-/// differently.
+/// Whether `path` names the file of a layer of `head`. The two paths may be written differently.
 bool isExrLayerFile(const std::string& path, const std::string& head);
 
 /// Returns all files that must be opened to read a picture: the named file and, if the named file
@@ -34,12 +33,11 @@ std::vector<std::string> exrFilesOf(const std::string& path);
 /// is the head of a set (layout "per-file"), the parts of its layers' files follow, front to back.
 class ExrFiles {
   public:
-    /// Opens the files. Throws Error (kInput), also if a file of a set is missing or belongs to
-    /// another render.
+    /// Opens the files. Throws Error (kInput) if a file is malformed, or if a file of a set is
+    /// missing or belongs to another render.
     explicit ExrFiles(const std::string& path);
 
     const std::string& path() const { return files_.front()->path(); }
-    /// Returns the size of all files together, in bytes.
     std::uint64_t bytes() const;
     const std::vector<ExrInputPart>& parts() const { return parts_; }
     /// Returns a part's place for messages: the path of its file, and the part's name.
@@ -48,7 +46,7 @@ class ExrFiles {
     /// Returns the named file, which is the head of a set of files.
     const ExrInput& head() const { return *files_.front(); }
 
-    /// Like the members of ExrInput, but `part` is an index into parts().
+    /// These functions are like those of ExrInput, but `part` is an index into parts().
     int rowsPerChunk(std::size_t part) const;
     void readChunk(std::size_t part, int y, const Window& window,
                    std::span<const ExrTarget> targets) const;
@@ -69,52 +67,54 @@ class ExrFiles {
 
     std::vector<std::unique_ptr<ExrInput>> files_;
     std::vector<ExrInputPart> parts_;
-    std::vector<Place> places_;  ///< file of each part, and the part's index in the file
+    std::vector<Place> places_;  ///< index of each part's file, and the part's index in that file
 };
 
 /// The metadata of a picture, layered, deep or flat, from OpenEXR headers or arrays.
 struct ExrInfo {
-    std::vector<ExrInputPart> parts;  ///< parts in file order; for a set of files, file by file
-    /// The index of the part of each layer, front to back; empty for deep and flat files.
-    /// plan.layers.size() of an open LayeredInput is the number of layers of any picture.
+    std::vector<ExrInputPart> parts;  ///< in file order; for a set of files, file by file
+    /// The index in `parts` of each layer's part, front to back; empty for deep and flat files. For
+    /// the number of layers of any picture, use plan.layers.size() of an open LayeredInput.
     std::vector<std::size_t> layers;
     std::vector<std::string> prefixes;  ///< prefix of each layer's channel names: "", "layer_000."
-    /// Index of the part with the composite; −1 if there is none.
+    /// Index in `parts` of the part with the composite; −1 if there is no composite.
     int composite = -1;
-    /// Returns the number of layers recorded in the header of a composite, at most kMostLayers.
+    /// Returns the number of layers that the header of a composite records, at most kMostLayers.
     std::size_t layersOfComposite() const;
     std::vector<std::size_t> deep;  ///< indices of parts with deep samples
     std::uint64_t bytes = 0;        ///< size of the file, or of all files of a set
 
     /// The plan from which the file was written, as far as known. Windows are always known. The
     /// camera is the default camera unless the header has `peeler:cameraJson`. `fragments_counted`
-    /// and `fragments_stored` are 0 if the file does not record them; `LayerPlan::pixels` is never
-    /// known, and the layers of a deep file are known only while a LayeredInput has it open.
-    /// `view.crop` contains all parts. Without a camera, it also contains the display window, since
-    /// a data window only bounds the stored pixels.
+    /// and `fragments_stored` are 0 if the file does not record them. `LayerPlan::pixels` is never
+    /// known. The layers of a deep file are known only while a LayeredInput has the file open.
+    ///
+    /// `view.crop` contains all parts. Without a camera, `view.crop` also contains the display
+    /// window, since a data window only bounds the stored pixels.
     Plan plan;
     Provenance provenance;         ///< members are empty if unknown
     bool has_cryptomatte = false;  ///< whether the composite has Cryptomatte layers
-    /// Whether the file has `peeler:version` and none of its parts has been chosen to be read
-    /// alone.
+    /// Whether the file has `peeler:version`. choosePicture() sets this to false if the file is to
+    /// be read like another program's.
     bool is_peeler = false;
-    /// Returns the first part's attributes as text: `peeler:` attributes, software and so on.
+    /// Returns the first part's attributes: text by name.
     const std::map<std::string, std::string>& attributes() const {
         return parts.front().attributes;
     }
 };
 
-/// Whether the part has R, G, B, A, AR, AG and AB with this prefix, none of them of integer type.
+/// Whether the part has the channels R, G, B, A, AR, AG and AB with this prefix, and none of them
+/// has an integer type.
 bool hasTint(const ExrInputPart& part, const std::string& prefix);
 
-/// Returns the metadata of an open picture from the headers of its parts; `bytes` is its size.
-/// Throws Error (kInput), naming `path`, if the parts are not plausible.
+/// Returns the metadata of an open picture from the headers of its parts. `bytes` is the size of
+/// its files. Throws Error (kInput), naming `path`, if the parts are not plausible.
 ExrInfo describe(std::vector<ExrInputPart> parts, std::uint64_t bytes, const std::string& path);
 
-/// An open picture with its metadata, which decides how to read it.
+/// An open picture with its metadata.
 struct OpenedExr {
-    /// Opens the picture. Throws like ExrFiles and describe(); the Error (kInput) for a scene file
-    /// has a hint.
+    /// Opens the picture. Throws the errors of ExrFiles and describe(). For a scene file, the Error
+    /// (kInput) has a hint.
     explicit OpenedExr(const std::string& path, const LayeredReadOptions& options = {});
 
     LayeredReadOptions options;
@@ -128,10 +128,10 @@ ExrInfo readExrInfo(const std::string& path);
 
 // Defined in exr_header.cpp.
 
-/// Returns the camera as JSON, with all numbers in double precision: name, projection, near, far
-/// (null if infinite), halfWidth, halfHeight (as in Projection), width, height, crop [x, y, w, h],
-/// cameraToWorld, a 4×4 matrix in rows, for column vectors (OpenGL's camera: looks along −Z, +Y
-/// up), and sample [x, y] unless it is the pixel's centre.
+/// Returns the camera as JSON, with all numbers in double precision: name; projection; near; far
+/// (null if infinite); halfWidth and halfHeight (as in Projection); width; height; crop [x, y, w,
+/// h]; cameraToWorld, a 4×4 matrix in rows, for column vectors (OpenGL's camera: looks along −Z, +Y
+/// up); and sample [x, y] unless it is the pixel's centre.
 std::string cameraJson(const View& view);
 
 /// The inverse of cameraJson(). Throws Error (kInput) if the text is malformed.

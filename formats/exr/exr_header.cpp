@@ -26,8 +26,8 @@
 namespace peeler {
 namespace {
 
-/// Converts a matrix. GLM stores matrices for column vectors column by column, and Imath stores
-/// matrices for row vectors row by row. So the order of the numbers is the same.
+/// GLM stores matrices for column vectors column by column, and Imath stores matrices for row
+/// vectors row by row, so the order of the numbers is the same.
 Imath::M44f rowVectorMatrix(const glm::dmat4& m) {
     Imath::M44f out;
     for (int column = 0; column < 4; ++column) {
@@ -74,7 +74,7 @@ float pixelAspectRatio(const View& view) {
     if (!view.known) return 1;
     const double ratio =
         (view.projection.half_width / view.width) / (view.projection.half_height / view.height);
-    // Rounding may make the ratio of square pixels 1.0000001.
+    // Rounding may make the ratio of square pixels slightly different from 1.
     constexpr double kRounding = 1e-6;
     return std::abs(ratio - 1) < kRounding ? 1.0F : static_cast<float>(ratio);
 }
@@ -117,7 +117,7 @@ void addProvenance(Imf::Header& header, std::span<const PictureAttribute> attrib
 }
 
 /// Adds the date from SOURCE_DATE_EPOCH (reproducible-builds.org/specs/source-date-epoch), if set.
-/// Other dates would make the files of repeated runs differ.
+/// With the current date, the files of repeated runs would differ.
 void addDate(Imf::Header& header) {
     const char* variable = std::getenv("SOURCE_DATE_EPOCH");
     if (!variable || !*variable) return;
@@ -134,7 +134,8 @@ void addDate(Imf::Header& header) {
     Imf::addUtcOffset(header, 0);
 }
 
-/// Returns a coordinate or a size, in pixels, limited so that the sum of two fits into an int.
+/// Returns a coordinate or a size, in pixels. Throws Error (kInput) above kMostCoordinate, so that
+/// the sum of two fits into an int.
 int pixelsIn(const nlohmann::json& value) {
     const auto pixels = value.get<double>();
     if (!(std::abs(pixels) <= kMostCoordinate))

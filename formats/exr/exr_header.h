@@ -47,20 +47,21 @@ std::vector<PictureAttribute> pictureAttributes(const Plan& plan, const Provenan
 /// - screenWindowCenter is (0,0); screenWindowWidth is the width of the picture at distance 1
 ///   (perspective) or in scene units (orthographic).
 /// - `peeler:fragmentsCounted` and `peeler:fragmentsStored` are strings of decimal digits, since
-///   they may exceed 32 bits; `peeler:layers`, `peeler:complete` and `peeler:frame` are int,
-///   `peeler:time` is double. All others are strings, left out if empty.
+///   they may exceed 32 bits. `peeler:layers`, `peeler:complete`, `peeler:samples`, `peeler:frame`
+///   and `peeler:view` are int, `peeler:time` is double. All other `peeler:` attributes are
+///   strings, left out if empty.
 /// - `peeler:cameraJson`: see cameraJson().
 /// - There are no camera attributes if the camera is unknown (View::known), and no layer and
-///   fragment counts unless `layers_known`. (Erasing them afterwards would leak memory, since
-///   OpenEXR 3.1's Header::erase() never frees an attribute.)
+///   fragment counts unless `layers_known`. (Header::erase() of OpenEXR 3.1 never frees an
+///   attribute, so erasing them afterwards would leak memory.)
 /// - capDate (UTC) is set only if SOURCE_DATE_EPOCH is.
 Imf::Header exrHeader(const Plan& plan, const Provenance& provenance, const Window& data_window,
                       bool layers_known = true);
 
-/// Adds an idManifest with the names for all id.object and id.material channels, of any layer, in
-/// the header (scheme "id", not hashed; ids are stable as long as the scene file is). Adds nothing
-/// if there are no such channels. If parents are known, objects have a second component, "parent":
-/// the parent's id as a number.
+/// Adds an idManifest with the names of the ids in all channels id.object and id.material of the
+/// header, in any layer. The scheme is "id", not hashed; the lifetime is "stable", since the ids
+/// change only with the scene file. Adds nothing if there are no such channels. If parents are
+/// known, objects have a second component, "parent": the parent's id as a number.
 void addIdManifest(Imf::Header& header, const IdNames& names);
 
 /// The inverse of addIdManifest(): reads the attribute's bytes. Returns no names for channels that

@@ -43,9 +43,9 @@ Provenance provenanceOf(const ExrInputPart& part) {
     return p;
 }
 
-/// Returns the view with its camera and windows. The windows decide how pixels are read. Throws
-/// Error (kInput) if the camera's JSON has another picture size. Ignores the crop in the JSON if
-/// the windows contradict it.
+/// Returns the view: the camera, and the windows that decide how pixels are read. Throws Error
+/// (kInput) if the camera's JSON has another picture size. Ignores the crop in the JSON if the
+/// windows contradict it.
 View viewOf(const ExrInfo& info, const std::string& path) {
     View view;
     const ExrInputPart& first = info.parts.front();
@@ -81,7 +81,8 @@ bool isFloat(const ExrInputPart& part, const std::string& prefix) {
     return false;
 }
 
-/// Calls visit(part, prefix) for every part with colours of fragments or of a composite.
+/// Calls visit(part, prefix) for every layer, for the first deep part, and for the composite if
+/// there are no layers.
 template <class Visit>
 void forEachColors(const ExrInfo& info, Visit&& visit) {
     for (std::size_t i = 0; i < info.layers.size(); ++i)
@@ -91,7 +92,7 @@ void forEachColors(const ExrInfo& info, Visit&& visit) {
         visit(info.parts[static_cast<std::size_t>(info.composite)], std::string());
 }
 
-/// Sets the plan's colour type, and whether all parts have coloured opacity.
+/// Sets the plan's colour type, and `tinted` if all parts have coloured opacity.
 void findColors(const ExrInfo& info, Plan& plan) {
     bool floats = false, any = false, all_tinted = true;
     forEachColors(info, [&](const ExrInputPart& part, const std::string& prefix) {
@@ -115,8 +116,8 @@ void addLayer(int number, const Place& place, const std::string& where, Layers& 
     throw Error(ErrorKind::kInput, "two parts are the same layer", where);
 }
 
-/// Finds the layers: the parts with names of layers (layouts plain, nuke, per-file), or else the
-/// first part with channels named after layers (single-part).
+/// Finds the layers: the parts named after layers (layouts plain, nuke, per-file) or, without such
+/// parts, the channels named after layers in the first part that has some (single-part).
 Layers findLayers(const std::vector<ExrInputPart>& parts, const std::string& path) {
     Layers layers;
     for (std::size_t i = 0; i < parts.size(); ++i) {
@@ -141,8 +142,8 @@ Layers findLayers(const std::vector<ExrInputPart>& parts, const std::string& pat
     return layers;
 }
 
-/// Returns the index of the part with the composite: the part with the composite's name, or the
-/// part that also holds the layers; −1 if there is no composite.
+/// Returns the index of the composite's part: the part with the composite's name, or the part that
+/// also holds the layers. Returns −1 if there is no composite.
 int findComposite(const ExrInfo& info) {
     const std::vector<ExrInputPart>& parts = info.parts;
     const std::string layout = parts.front().attribute("peeler:layout");

@@ -2,7 +2,7 @@
 // Low-level OpenEXR reader, based on OpenEXRCore, with checks of its results.
 //
 // OpenEXRCore, the C library, decodes chunks of the same part on several threads and keeps no
-// buffers between chunks. OpenEXR's C++ classes keep buffers for every part, even for hundreds of
+// buffers between chunks. OpenEXR's C++ classes would keep buffers for every one of hundreds of
 // parts.
 #include "formats/exr/exr_input.h"
 
@@ -29,16 +29,17 @@ namespace {
 
 /// Maximum number of channels per part. One part may hold all layers.
 constexpr int kMaxChannels = 1 << 16;
-constexpr std::size_t kZlibState = 1 << 16;  ///< slightly more bytes than zlib's state takes
+/// Slightly more than the size of zlib's state, in bytes.
+constexpr std::size_t kZlibState = 1 << 16;
 /// The number of bytes that OpenEXR's classes may always allocate for a block of rows or a tile,
-/// even if the image has few of its pixels. The classes may allocate more only if the file is large
-/// enough.
+/// even if the block holds few of the image's pixels. The classes may allocate more only if the
+/// file is large enough.
 constexpr std::uint64_t kMostBlock = 64U << 20;
 
 /// The details of the last failure, which OpenEXRCore reports to a callback on the calling thread.
 thread_local std::string last_message;
-/// An exception that a callback caught, because the exception must not pass through C code. It is
-/// thrown again later. Otherwise OpenEXRCore would report lack of memory or a read error as a
+/// An exception caught in a callback, because exceptions must not pass through C code. It is thrown
+/// again after the call. OpenEXRCore itself would report lack of memory or a read error as a
 /// damaged file, or continue without an attribute.
 thread_local std::exception_ptr withheld;
 
@@ -56,8 +57,8 @@ void* allocate(std::size_t bytes) {
     return memory;
 }
 
-/// Reads bytes for OpenEXRCore. Without this callback, OpenEXRCore would open the path again and
-/// wait if the path has become a pipe.
+/// Reads bytes for OpenEXRCore. Without this callback, OpenEXRCore would open the path again, and
+/// would block if the path has become a pipe.
 std::int64_t readExrBytes(exr_const_context_t, void* file, void* to, std::uint64_t size,
                           std::uint64_t at, exr_stream_error_func_ptr_t) {
     try {
@@ -74,7 +75,7 @@ std::int64_t exrFileSize(exr_const_context_t, void* file) {
 }
 
 Window toWindow(const exr_attr_box2i_t& box) {
-    // The coordinates are clamped to avoid overflow. Windows this large are refused before use.
+    // Clamp the coordinates to avoid overflow. moveToOrigin() refuses windows this large.
     constexpr std::int64_t kMost = std::numeric_limits<std::int32_t>::max();
     return {std::max(box.min.x, -static_cast<int>(kMost)),
             std::max(box.min.y, -static_cast<int>(kMost)),
@@ -134,8 +135,8 @@ std::string attributeText(const exr_attribute_t& attribute) {
 }
 
 /// Returns the maximum ratio of unpacked to packed size, with a margin. PIZ writes at least 9 bits
-/// for 256 2-byte numbers; B44A writes 3 bytes for 16 of them. PXR24 expands 3 bytes from zlib to
-/// 4; DWA expands 4 bytes to 256, or 2 to 128.
+/// for 256 2-byte numbers; B44A writes 3 bytes for 16 such numbers. PXR24 expands 3 bytes from zlib
+/// to 4; DWA expands 4 bytes to 256, or 2 to 128.
 std::uint64_t mostRatio(const std::string& compression) {
     if (compression == "pxr24") return 2 * kMostZlibRatio;
     return compression.starts_with("dwa") ? 64 * kMostZlibRatio : kMostZlibRatio;
@@ -146,13 +147,12 @@ bool needsClasses(const ExrInputPart& part) {
     return part.type == "tiledimage" || (!part.deep() && part.compression.starts_with("dwa"));
 }
 
-/// Whether deep images may have a compression ("Technical Introduction", Deep data).
+/// Whether deep images may have a compression ("Technical Introduction", section on deep data).
 bool canBeDeep(const std::string& compression) {
     constexpr std::array kOfDeep = {"none", "rle", "zips", "zip"};
     return std::ranges::find(kOfDeep, compression) != kOfDeep.end();
 }
 
-/// A decoding pipeline that its destructor frees.
 class DecodePipeline {
   public:
     explicit DecodePipeline(exr_const_context_t context) : context_(context) {}
@@ -339,7 +339,7 @@ void ExrInput::checkSizes() const {
                         "OpenEXR has no deep images with compression " + part.compression,
                         path_ + ": " + part.name, "write it again with zips, rle or none");
         }
-        // A deep pixel has at least a sample count.
+        // Every deep pixel has at least a sample count.
         std::uint64_t pixel = part.deep() ? sizeof(std::uint32_t) : 0;
         if (!part.deep()) {
             for (const auto& channel : part.channels)
@@ -360,7 +360,7 @@ void ExrInput::checkSizes() const {
 }
 
 /// Throws Error (kInput) if a block of this width and number of rows exceeds both kMostBlock and
-/// the maximum for a file of this size.
+/// the maximum that a file of this size can unpack to.
 void ExrInput::checkBlock(const ExrInputPart& part, int width, int rows) const {
     std::uint64_t pixel = 0;
     for (const auto& channel : part.channels)
@@ -491,15 +491,15 @@ void ExrInput::refuse(const std::string& what, const ExrInputPart& part) const {
 }
 
 void ExrInput::check(int result, const std::string& part) const {
-    // zlib reports lack of memory as damaged data. An allocation of the size of zlib's state shows
-    // whether memory is short.
+    // zlib reports lack of memory as damaged data. If memory is short, an allocation of the size of
+    // zlib's state fails, too, and sets `withheld`.
     if (result != EXR_ERR_SUCCESS) std::free(allocate(kZlibState));
     if (withheld) std::rethrow_exception(std::exchange(withheld, nullptr));
     if (result == EXR_ERR_SUCCESS) return;
     const std::string message =
         last_message.empty() ? exr_get_default_error_message(result) : last_message;
     last_message.clear();
-    // OpenEXR 3.2 also reports lack of memory if a chunk unpacks to more than its size.
+    // OpenEXR 3.2 reports lack of memory, too, if a chunk unpacks to more than its declared size.
     const bool overlong = message.find("decompress") != std::string::npos;
     if (result == EXR_ERR_OUT_OF_MEMORY && !overlong)
         throw Error(ErrorKind::kMemory, message, path_);

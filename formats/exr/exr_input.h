@@ -23,8 +23,8 @@ struct _priv_exr_context_t;  // OpenEXRCore's type; NOLINT(bugprone-reserved-ide
 
 namespace peeler {
 
-/// The maximum side and coordinate of windows in input files, in pixels. The side exceeds the
-/// limits of GPUs, and the sum of two coordinates fits an int.
+/// The maximum side of windows in input files, and the maximum absolute value of their coordinates,
+/// in pixels. The side exceeds the limits of GPUs; the sum of two coordinates fits into an int.
 inline constexpr int kMostImageSide = 1 << 17, kMostCoordinate = 1 << 28;
 
 struct ExrInputChannel {
@@ -32,20 +32,20 @@ struct ExrInputChannel {
     PixelType type = PixelType::kHalf;
 };
 
-/// Returns arrays, without data, for a fragment's channels other than colour and Z. `channels` are
-/// sorted by name. Channels of the same type and with the same name up to the last dot (N.X, N.Y,
-/// N.Z) form one array.
+/// Returns arrays, without data, for a fragment's channels other than colour and Z. `channels` must
+/// be sorted by name. Channels of the same type and with the same name up to the last dot (N.X,
+/// N.Y, N.Z) form one array.
 std::vector<FragmentArray> fragmentArrays(std::span<const ExrInputChannel> channels);
 
-/// Values of ExrInputPart::type beyond those of OpenEXR, for pictures in array files
-/// (formats/arrays/picture_arrays.h): lists of all fragments, and the pixels of a composite.
+/// Values of ExrInputPart::type for pictures in array files (formats/arrays/picture_arrays.h):
+/// lists of all fragments, and the pixels of a composite.
 inline constexpr const char* kListArrays = "lists in arrays";
 inline constexpr const char* kPlaneArrays = "planes in arrays";
 
 struct ExrInputPart {
     std::string name;  ///< may be "" in a single-part file
     /// "scanlineimage", "tiledimage", "deepscanline" or "deeptile"; kListArrays or kPlaneArrays for
-    /// a .safetensors.
+    /// a .safetensors file.
     std::string type;
     std::string compression;              ///< "none", "zip", …
     int tile_width = 0, tile_height = 0;  ///< 0 if the part is not tiled
@@ -68,7 +68,8 @@ struct ExrInputPart {
     }
 };
 
-/// Returns the number at the beginning of an attribute's text, or 0 if the text begins otherwise.
+/// Returns the number at the beginning of an attribute's text, or 0 if the text does not begin with
+/// a number.
 template <class T>
 T numberIn(const std::string& text) {
     T number{};
@@ -107,42 +108,39 @@ class ExrClasses;
 /// file's size before any allocation.
 class ExrInput {
   public:
-    /// Throws Error (kInput) with the path as `where`.
     explicit ExrInput(std::string path);
     ~ExrInput();
     ExrInput(const ExrInput&) = delete;
     ExrInput& operator=(const ExrInput&) = delete;
 
     const std::string& path() const { return path_; }
-    /// Returns the size of the file, in bytes.
     std::uint64_t bytes() const { return bytes_; }
     const std::vector<ExrInputPart>& parts() const { return parts_; }
     /// Return the upper left corner of the first part's display window in the file's coordinates.
-    /// All other windows are relative to it.
+    /// The windows of parts() are relative to this corner.
     int originX() const { return origin_x_; }
     int originY() const { return origin_y_; }
     /// Returns all attributes in a part's header. Throws Error (kInput).
     std::vector<StoredAttribute> attributes(std::size_t part) const;
 
-    /// Returns the rows per chunk of a flat part, or per tile. The first chunk begins at the top of
-    /// the data window.
+    /// Returns the rows per chunk of a flat part, or the rows per tile. The first chunk begins at
+    /// the top of the data window.
     int rowsPerChunk(std::size_t part) const;
-    /// Decodes the chunk, or row of tiles, that holds row `y` of a flat part. Stores its pixels
-    /// inside `window`, which must lie in the data window. Thread-safe. Throws Error (kInput) with
-    /// path and part as `where`.
+    /// Decodes the chunk, or row of tiles, that holds row `y` of a flat part. Stores those of its
+    /// pixels that are inside `window`, which must lie in the data window. Thread-safe. Throws
+    /// Error (kInput) with path and part as `where`.
     void readChunk(std::size_t part, int y, const Window& window,
                    std::span<const ExrTarget> targets) const;
     /// Decodes every chunk of a part and discards the pixels: all levels of flat tiles, but only
     /// the first level of deep tiles. Throws Error (kInput) at the first damaged chunk.
     void decodeAll(std::size_t part) const;
 
-    /// Throws Error (kInput) unless every chunk of a scan-line part lies inside the file. Reads
-    /// only the chunk offsets.
+    /// Throws Error (kInput) if a chunk of a scan-line part lies outside the file. Reads only the
+    /// chunk offsets.
     void checkChunks(std::size_t part) const;
 
     /// Returns the number of blocks in a deep part. Blocks are numbered row by row.
     std::size_t deepBlocks(std::size_t part) const;
-    /// Returns the window of a block.
     Window deepBlockWindow(std::size_t part, std::size_t block) const;
     /// Reads the sample counts of a block and, unless `counts_only`, the samples. Reuses the
     /// storage of `out`. Thread-safe. Throws Error (kInput) with path and part as `where`.

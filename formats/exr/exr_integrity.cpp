@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Byte-by-byte checks of OpenEXR files, without the OpenEXR library: headers, offset tables and
+// Byte-by-byte checks of OpenEXR files, without the OpenEXR library. Headers, offset tables and
 // chunks must make up the whole file.
 #include "formats/exr/exr_integrity.h"
 
@@ -20,8 +20,8 @@
 namespace peeler {
 namespace {
 
-// A flipped bit may change the attribute's name, or make the previous attribute overlap this one.
-// These two strings are parts of the attribute's record that do not overlap, so one of them stays
+// Two strings in the record of the hash attribute that do not overlap. A flipped bit may change the
+// attribute's name, or make the previous attribute overlap this record. One of the strings stays
 // intact and shows that the file had a hash.
 constexpr std::string_view kRecordBegin("peeler:pixelHash\0string\0", 24);
 constexpr std::string_view kRecordEnd("\x16\0\0\0xxh64:", 10);
@@ -40,7 +40,8 @@ class FileBytes {
     const std::string& path() const { return path_; }
     std::uint64_t size() const { return file_.size(); }
 
-    /// Returns `wanted` bytes from `place` on: at most one block, and fewer at the end of the file.
+    /// Returns `wanted` bytes from `place` on. Returns fewer at the end of the file, and at most
+    /// kBlock.
     std::span<const char> at(std::uint64_t place, std::uint64_t wanted) {
         if (place >= size()) return {};
         const auto count = static_cast<std::size_t>(
@@ -64,7 +65,6 @@ class FileBytes {
         return value;
     }
 
-    /// Calls take(block) for consecutive blocks that cover [begin, end).
     template <class Take>
     void forEachBlock(std::uint64_t begin, std::uint64_t end, Take&& take) {
         for (std::span<const char> block; begin < end; begin += block.size()) {
@@ -122,8 +122,8 @@ PartHeader readPart(FileBytes& file, ExrHeaders& headers) {
         part.ends = part.ends || attribute.name == "screenWindowWidth";
     }
     part.end = headers.place();
-    // Attributes are sorted by name. If a damaged size makes the header end at a wrong 0, the last
-    // required attribute is missing.
+    // Attributes are sorted by name. If a damaged size ends the header too early, the last required
+    // attribute is missing.
     if (!part.ends)
         throw Error(ErrorKind::kInput, "the file's headers are incomplete", file.path(),
                     "the file may be damaged or cut off; write it again");
@@ -140,7 +140,6 @@ Headers readHeaders(FileBytes& file) {
     return headers;
 }
 
-/// Whether the headers contain any trace of a hash attribute.
 bool hasHash(FileBytes& file, const Headers& headers) {
     bool found = false;
     std::string last;  // end of the previous block, then the current block
@@ -172,13 +171,14 @@ std::uint64_t chunkBytes(FileBytes& file, const Headers& headers, const PartHead
     return end <= file.size() ? end - place : 0;
 }
 
-/// The chunks of all parts: their offsets in the tables, their hashes, and their parts.
+/// The chunks of all parts: the offsets in the tables, the hash of each chunk, and the index of its
+/// part.
 struct Chunks {
     std::vector<std::uint64_t> offsets, hashes;
     std::vector<std::size_t> part;
 };
 
-/// Returns the chunks, or nothing if tables and chunks do not fill the rest of the file without
+/// Returns the chunks, or no value if tables and chunks do not fill the rest of the file without
 /// gaps.
 std::optional<Chunks> readChunks(FileBytes& file, const Headers& headers) {
     Chunks chunks;

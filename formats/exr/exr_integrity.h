@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Integrity of OpenEXR files: a hash in each part's header, which proves that the file is bitwise
-// unchanged (formats/README.md, "The hash of a part"), and consistency checks of header attributes.
+// Integrity of OpenEXR files: a hash in each part's header (formats/README.md, "The hash of a
+// part"), and consistency checks of header attributes.
 #pragma once
 
 #include <cstdint>
@@ -11,13 +11,13 @@ namespace peeler {
 
 inline constexpr const char* kPixelHash = "peeler:pixelHash";
 
-/// Returns the attribute's text for a hash. All texts have the same length.
+/// Returns the hash attribute's value. All values have the same length.
 std::string pixelHashText(std::uint64_t hash);
-/// Returns the bytes of the attribute as a file stores them: name, type, size and value.
+/// Returns the bytes of the hash attribute as a file stores them: name, type, size and value.
 std::string pixelHashRecord(std::uint64_t hash);
 
 struct ExrIntegrity {
-    /// Ordered from best to worst. A set of files has the state of its worst file.
+    /// From best to worst. A set of files has the state of its worst file.
     enum State : std::uint8_t {
         kProven,   ///< every bit is as peeler wrote it
         kNone,     ///< no hash: by another program, or by an older version of peeler
@@ -30,16 +30,16 @@ struct ExrIntegrity {
     std::string problem() const;
 };
 
-/// Reads all bytes of the file (or of all files of a set) and compares them with their hashes. A
-/// file with bytes that belong to no part counts as changed. Throws Error (kInput) if the file
-/// cannot be read, or has no valid headers.
+/// Reads all bytes of the file (or of all files of a set) and compares them with their hashes.
+/// Bytes that belong to no part make the state kChanged. Throws Error (kInput) if the file cannot
+/// be read, or has no valid headers.
 ExrIntegrity exrIntegrity(const std::string& path);
 
 /// Throws Error (kInput) if the file has changed since it was written.
 void requireUnchanged(const std::string& path);
 
 /// Opens the file (or all files of a set) with OpenEXR's classes, which check more than OpenEXRCore
-/// does, and compares the attributes of the camera with `peeler:cameraJson`, allowing for rounding.
+/// does. Compares the attributes of the camera with `peeler:cameraJson`, allowing for rounding.
 /// Returns a sentence for each contradiction, naming the first part that has it. Throws Error
 /// (kInput) if the classes cannot open the file.
 std::vector<std::string> headerContradictions(const std::string& path);

@@ -16,8 +16,8 @@ namespace {
 
 constexpr std::string_view kLayerPrefix = "layer_";
 
-// Nuke derives the names of layers from channel names, and displays the layer "rgba". This agrees
-// with OpenEXR's rule for channel names in multi-part files
+// Nuke derives the names of layers from channel names, and displays the layer "rgba". The layout
+// "nuke" also follows OpenEXR's rule for channel names in multi-part files
 // (openexr.com/en/latest/MultiViewOpenEXR.html).
 constexpr ExrLayout kLayouts[] = {
     {"plain", "one part per layer, R,G,B,A,Z in each"},

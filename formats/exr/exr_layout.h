@@ -11,7 +11,7 @@
 
 namespace peeler {
 
-/// A layout. The composite, if any, comes first and has plain channel names.
+/// A layout. The composite, if any, is the first part and has plain channel names.
 struct ExrLayout {
     std::string_view name;     ///< name in OutputOptions::layout and in `peeler:layout`
     std::string_view summary;  ///< description, one line
@@ -37,8 +37,7 @@ const ExrLayout& findExrLayout(std::string_view name);
 /// Returns "layer_000", "layer_001", …, with at least three digits.
 std::string layerName(std::size_t layer);
 
-/// Returns the number in "layer_012", or in "layer_012.R" before the first dot; −1 for any other
-/// name.
+/// Returns 12 for "layer_012" and for "layer_012.R"; −1 for any other name.
 int layerNumber(std::string_view name);
 
 struct ExrCompression {
@@ -56,8 +55,9 @@ inline constexpr std::uint64_t kMostZlibRatio = 1100;
 /// files.
 std::span<const ExrCompression> exrCompressions();
 
-/// Returns the compression with this name; "" means the default of flat or deep images. Throws
-/// Error (kUsage), with a list of the choices, if flat or deep images cannot have the compression.
+/// Returns the compression with this name. "" means the default of deep images if `deep` is true,
+/// else the default of flat images. Throws Error (kUsage), with a list of the choices, if such
+/// images cannot have the compression.
 const ExrCompression& findExrCompression(std::string_view name, bool deep);
 
 }  // namespace peeler

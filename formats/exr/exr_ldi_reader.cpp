@@ -46,13 +46,12 @@ struct ExrLdiReader::Layer {
     Window window;
     std::vector<std::vector<std::byte>> planes;
 
-    /// Returns the address of a channel's value; `size` is the size of its type.
+    /// Returns the address of a channel's value. `size` is the size of the value's type, in bytes.
     const std::byte* at(std::size_t channel, std::size_t column, int y, std::size_t size) const {
         const auto row = static_cast<std::size_t>(y - window.y0);
         const auto pixel = row * static_cast<std::size_t>(window.width()) + column;
         return planes[channel].data() + pixel * size;
     }
-    /// Returns all values of a channel.
     template <class T>
     std::span<T> as(std::size_t channel) {
         return {reinterpret_cast<T*>(planes[channel].data()), planes[channel].size() / sizeof(T)};
@@ -90,7 +89,7 @@ ExrLdiReader::ExrLdiReader(OpenedExr opened, const std::optional<ExrPicture>& pi
     place();
 }
 
-/// Warns about parts that are not read, and sets the windows of the picture and its layers.
+/// Warns about parts that are not read. Sets the windows of the picture and of its layers.
 void ExrLdiReader::place() {
     std::vector<std::size_t> read = info_.layers;
     if (info_.composite >= 0) read.push_back(static_cast<std::size_t>(info_.composite));
@@ -108,7 +107,7 @@ void ExrLdiReader::place() {
 
 ExrLdiReader::~ExrLdiReader() = default;
 
-/// Reads the composite as the only layer. The plan has only the number of original layers.
+/// Reads the composite as the only layer. The plan keeps the number of layers that were composited.
 void ExrLdiReader::takeComposite() {
     if (info_.composite < 0 || !info_.layers.empty()) {
         throw Error(ErrorKind::kInput, "the file is not a composite", input_.path(),
@@ -130,7 +129,7 @@ void ExrLdiReader::takePicture(const ExrPicture& picture) {
     info_.plan.layers = {{part.data_window, 0}};
     info_.plan.tinted = colors_.tinted();
     info_.plan.color_type = PixelType::kHalf;
-    // Before completeColors() converts the pixels, R holds the luminance, and G and B hold RY and
+    // Until completeColors() converts the pixels, R holds the luminance, and G and B hold RY and
     // BY.
     if (!colors_.luminance.empty())
         colors_.rgb = {colors_.luminance, colors_.chroma[0], colors_.chroma[1]};
@@ -186,7 +185,8 @@ void ExrLdiReader::findChannels() {
     channels_.insert(channels_.end(), others.begin(), others.end());
 }
 
-/// Returns a channel's name in the layer's part, or "" if it is missing.
+/// Returns a channel's name in the layer's part. For a flat picture, returns "" if the channel is
+/// missing.
 std::string ExrLdiReader::storedName(const Source& source,
                                      std::span<const ExrInputChannel> channels,
                                      std::size_t c) const {
@@ -201,7 +201,7 @@ std::vector<ExrLdiReader::Layer> ExrLdiReader::decode(
         int y;
     };
     std::vector<Layer> layers(sources.size());
-    // Decode all layers of a part together, so that each chunk is unpacked only once.
+    // Decode all layers of a part together, so that each chunk is unpacked once.
     std::map<std::size_t, std::vector<ExrTarget>> targets;
     std::vector<Job> jobs;
     for (std::size_t i = 0; i < sources.size(); ++i) {
@@ -286,7 +286,8 @@ void ExrLdiReader::completePicture(Layer& layer) {
     completeDepth(layer);
 }
 
-/// Makes Z finite, then sets it to +inf for empty pixels.
+/// Makes Z finite. Then sets Z to +inf in pixels where R, G, B and A are all 0, if Z is missing or
+/// the largest float.
 void ExrLdiReader::completeDepth(Layer& layer) {
     constexpr float kNothing = std::numeric_limits<float>::infinity();
     const std::size_t size = pixelTypeSize(info_.plan.color_type);
@@ -439,15 +440,14 @@ BandRead ExrLdiReader::mostOf(int rows) const {
         const auto height = static_cast<std::uint64_t>(input_.rowsPerChunk(source.part));
         chunk = std::max(chunk, width * height * ++layers[source.part] * pixelBytes());
     }
-    // Each thread holds its chunk four times: packed, unpacked, reordered, and in planes.
+    // Each thread holds its chunk four times: packed, unpacked, reordered and in planes.
     most.bytes += 4 * chunk * static_cast<std::uint64_t>(threadCount());
     return most;
 }
 
 int ExrLdiReader::rowsFor(std::uint64_t bytes) const {
     const std::uint64_t pixel = pixelBytes();
-    // The factor 2 is for planes and lists, which are in memory together. A layer's rows are as
-    // wide as its window.
+    // The factor 2 is for planes and lists, which are in memory together.
     std::uint64_t row =
         static_cast<std::uint64_t>(info_.plan.view.crop.width()) * sizeof(std::uint32_t);
     for (const Source& source : sources_)

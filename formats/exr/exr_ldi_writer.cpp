@@ -33,7 +33,7 @@ SinkMemory ExrPartsSink::memory(const Plan& plan) const {
 ExrLdiWriter::ExrLdiWriter(std::string path, OutputOptions options)
     : ExrPartsSink(std::move(path), std::move(options)) {
     exrCompressionOf(options_.compression, false);
-    // The part `composite` always shows the stored layers without a background.
+    // The part `composite` always shows the stored layers, without a background.
     options_.composited = false;
     options_.background = {};
 }

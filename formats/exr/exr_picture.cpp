@@ -15,12 +15,13 @@
 namespace peeler {
 namespace {
 
-/// The maximum number of pixels in a display window: the larger of 7680 x 4320 and this multiple of
-/// the stored pixels. It limits the size of pictures made from the file.
+/// The maximum number of pixels in a display window is the larger of kMostDisplay (7680 x 4320,
+/// rounded up) and kMostOfStored times the number of stored pixels. Limits the size of pictures
+/// made from the file.
 constexpr std::uint64_t kMostDisplay = std::uint64_t{1} << 25, kMostOfStored = 256;
 
-/// OpenEXR's name of a channel, and a name used by other programs, both case-insensitive (as in
-/// OpenImageIO's exrinput.cpp).
+/// OpenEXR's name of a channel, and another program's name for it. Names are compared without case
+/// (as in OpenImageIO's exrinput.cpp).
 struct Spelling {
     std::string_view name, other;
 };
@@ -35,7 +36,8 @@ struct ChannelGroup {
     std::vector<std::string> names;  ///< names of the channels without the prefix
 
     bool has(std::string_view name) const { return std::ranges::find(names, name) != names.end(); }
-    /// Returns the full name of the channel with this name in any spelling, or "" if it is missing.
+    /// Returns the full name of the channel, looked up by any of its spellings, or "" if the
+    /// channel is missing.
     std::string find(std::string_view name) const;
     std::string findExactly(std::string_view name) const {
         return has(name) ? prefix + std::string(name) : std::string();
@@ -46,7 +48,6 @@ struct ChannelGroup {
     }
 };
 
-/// Whether two names are equal, ignoring case.
 bool isSpelt(std::string_view text, std::string_view name) {
     const auto lower = [](char c) {
         return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
@@ -57,7 +58,7 @@ bool isSpelt(std::string_view text, std::string_view name) {
 std::string ChannelGroup::find(std::string_view name) const {
     if (has(name)) return findExactly(name);
     const auto* const spelling = std::ranges::find(kSpellings, name, &Spelling::name);
-    // In a group with x and y, z is the component of a vector, not depth.
+    // In a group with X, Z is a component of a vector, not depth.
     if (name == "Z" && (has("x") || has("X"))) return {};
     for (const std::string& candidate : names) {
         if (isSpelt(candidate, name) || isSpelt(candidate, spelling->other))
@@ -75,7 +76,7 @@ ExrColors colorsOf(const ChannelGroup& group) {
     colors.depth = group.find("Z");
     if (group.isUint(colors.depth)) colors.depth.clear();
     colors.depth_back = group.find("ZBack");
-    // In a group with X, Y is the component of a vector, not luminance.
+    // In a group with X, Y is a component of a vector, not luminance.
     if (colors.colored() || group.has("X")) return colors;
     colors.luminance = group.findExactly("Y");
     if (group.isUint(colors.luminance)) colors.luminance.clear();
@@ -85,7 +86,7 @@ ExrColors colorsOf(const ChannelGroup& group) {
     return colors;
 }
 
-/// Replaces missing opacity and depth of a layer with those of the whole part.
+/// Fills in the missing opacity and depth of a layer from the plain channels of the part.
 void inherit(const ExrColors& whole, ExrColors& layer) {
     if (layer.alpha.empty() && !layer.tinted()) {
         layer.alpha = whole.alpha;
@@ -127,8 +128,8 @@ void nameLayer(const ChannelGroup& group, ExrPicture& picture) {
     }
 }
 
-/// Returns the pictures in a part. In a deep part, they must have depth; if no picture has colours,
-/// the part itself is the picture.
+/// Returns the pictures in a part. In a deep part, pictures without depth are left out; if no
+/// picture has colours, the part itself is the picture.
 std::vector<ExrPicture> picturesOf(const ExrInputPart& part, std::size_t index) {
     std::vector<ExrPicture> pictures;
     const std::vector<ChannelGroup> groups = groupsOf(part);
@@ -148,7 +149,7 @@ std::vector<ExrPicture> picturesOf(const ExrInputPart& part, std::size_t index) 
     return pictures;
 }
 
-/// Returns a list of names: "a", "b" and so on, at most a dozen.
+/// Returns a list of at most a dozen names: "a", "b" and so on.
 template <class Names>
 std::string listed(const Names& names) {
     constexpr std::size_t kMost = 12;
@@ -161,7 +162,7 @@ std::string listed(const Names& names) {
     return text;
 }
 
-/// Returns the set of name(picture) for all pictures, without "".
+/// Returns the set of name(picture) for all pictures, except "".
 template <class Name>
 std::set<std::string> namesOf(const std::vector<ExrPicture>& pictures, Name&& name) {
     std::set<std::string> names;
@@ -171,8 +172,9 @@ std::set<std::string> namesOf(const std::vector<ExrPicture>& pictures, Name&& na
     return names;
 }
 
-/// Keeps the pictures for which wanted(picture) is true. Throws Error (kUsage) if none is left. For
-/// the message, `asked` is the requested name of this `kind`, and `names` are the valid names.
+/// Keeps the pictures for which wanted(picture) is true. Throws Error (kUsage) if no picture is
+/// left. The message says which name was asked for (`kind`, `asked`) and which names are valid
+/// (`names`).
 template <class Wanted>
 void keepPictures(std::vector<ExrPicture>& pictures, const std::string& kind,
                   const std::string& asked, const std::string& path,
@@ -186,7 +188,7 @@ void keepPictures(std::vector<ExrPicture>& pictures, const std::string& kind,
 }
 
 /// Returns the picture to read from a part: the part itself, or else its only layer. Throws Error
-/// (kInput) if it has several layers.
+/// (kInput) if the part has several layers.
 const ExrPicture& pictureOfPart(const std::vector<ExrPicture>& pictures, const std::string& where) {
     const auto itself = std::ranges::find(pictures, std::string(), &ExrPicture::layer);
     if (itself != pictures.end()) return *itself;
@@ -196,7 +198,7 @@ const ExrPicture& pictureOfPart(const std::vector<ExrPicture>& pictures, const s
                     listed(namesOf(pictures, [](const ExrPicture& p) { return p.layer; })));
 }
 
-/// Removes the metadata of peeler, so that the file is read like another program's.
+/// Removes peeler's metadata about layers, so that the file is read like another program's.
 void forgetLayers(ExrInfo& info) {
     info.layers.clear();
     info.prefixes.clear();
@@ -292,8 +294,8 @@ void warnOfUnread(OpenedExr& opened, std::span<const std::size_t> read) {
     const std::string view =
         read.empty() ? std::string() : info.parts[read.front()].attribute("view");
     for (std::size_t i = 0; i < info.parts.size(); ++i) {
-        // Parts of other views need no warning here: if no view was chosen, there already was a
-        // warning about views.
+        // Parts of other views need no warning here: if no view was chosen, choosePicture() has
+        // warned about them.
         if (std::ranges::find(read, i) == read.end() && info.parts[i].attribute("view") == view)
             names.push_back(info.parts[i].name);
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures in OpenEXR files of other programs: finds the channels for colour, opacity and depth in
-// each part, by the names that renderers use, and chooses the picture to read.
+// Pictures in OpenEXR files of other programs: the channels for colour, opacity and depth in each
+// part, found by the names that renderers use, and the choice of the picture to read.
 #pragma once
 
 #include <array>
@@ -25,9 +25,8 @@ struct ExrColors {
 
     bool tinted() const { return !opacity[0].empty(); }
     bool colored() const { return !luminance.empty() || rgb != std::array<std::string, 3>{}; }
-    /// Whether the picture has R, G and B, or Y.
     bool complete() const;
-    /// Returns the name of the channel for one of colorNames() or for "Z".
+    /// Returns the name of a component's channel. `component` is one of colorNames(), or "Z".
     const std::string& named(std::string_view component) const;
 };
 
@@ -42,21 +41,24 @@ struct ExrPicture {
 
 /// Returns the picture that the options choose; by default, the picture of the first part with
 /// colours and, in a deep file, depth. Warns about views that are not read. If the options choose a
-/// part of peeler's own file, the file is read like another program's from then on. Throws Error
-/// (kUsage) for a name that the file does not have. Throws Error (kInput) if there is no picture,
-/// or if the part has several layers and no colours of its own. The hint lists the choices.
+/// part of a file by peeler, the file is read like another program's from then on. Throws Error
+/// (kUsage) if the file lacks a part or view that the options name. Throws Error (kInput), with a
+/// hint that lists the choices, if there is no picture, or if the part has several layers and no
+/// colours of its own.
 ExrPicture choosePicture(OpenedExr& opened);
 
-/// Warns about parts that are not read in files of other programs, unless a part was chosen.
+/// Warns about parts that are not read. Does not warn if the file is by peeler or if a part was
+/// chosen.
 void warnOfUnread(OpenedExr& opened, std::span<const std::size_t> read);
 
 /// Makes depths finite, since Z = +inf means a pixel without a fragment. +inf and NaN become the
 /// largest float, -inf the lowest. Warns about NaN and -inf.
 void makeDepthsFinite(std::span<float> depths, ReadWarnings& warnings);
 
-/// Sets the crop for pixels stored in the window `data`, unless the camera defines it. The crop
-/// becomes the display window or, unless `pixels_only`, the union of display window and `data`.
-/// Throws Error (kInput), naming `path`, if the display window is too large for the stored pixels.
+/// Sets the crop for pixels stored in the window `data`, unless the camera defines the crop. The
+/// crop becomes the display window if `pixels_only`, else the union of the display window and
+/// `data`. Throws Error (kInput), naming `path`, if the display window is too large for the stored
+/// pixels.
 void placePixels(View& view, const Window& data, bool pixels_only, const std::string& path);
 
 }  // namespace peeler

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Data image writers. They write part by part and row by row.
+// Data image writers, which write part by part and row by row.
 #include "formats/exr/exr_plane_writer.h"
 
 #include <OpenEXR/ImfChannelList.h>
@@ -39,7 +39,7 @@ struct ExrPlaneWriter::File {
     explicit File(const std::string& path) : atomic(path), packer(kDefaultZipLevel) {}
 
     AtomicFile atomic;
-    std::unique_ptr<ExrOutput> exr;  // declared after `file`, to which it refers
+    std::unique_ptr<ExrOutput> exr;  // declared after `atomic`, which it refers to
     ExrChunkPacker packer;
     ByteBuffer packed;
 };
@@ -47,7 +47,7 @@ struct ExrPlaneWriter::File {
 ExrPlaneWriter::ExrPlaneWriter(const std::string& path, std::span<const ExrPlanePart> parts,
                                const Provenance& provenance, std::vector<ExrPlaneChannel> channels)
     : file_(std::make_unique<File>(path)), order_(channels.size()) {
-    // OpenEXR sorts channels by name, so their order in the file may differ.
+    // OpenEXR sorts channels by name, so the order in the file may differ from that of `channels`.
     std::iota(order_.begin(), order_.end(), std::size_t{0});
     std::ranges::sort(order_, {}, [&](std::size_t i) { return channels[i].name; });
     std::vector<Imf::Header> headers;
@@ -97,7 +97,7 @@ void ExrPlaneWriter::nextPart() {
     next_chunk_ = 0;
 }
 
-/// Writes the complete chunks; with `last`, also the incomplete one.
+/// Writes the complete chunks. If `last` is true, also writes the incomplete chunk.
 void ExrPlaneWriter::writeChunks(bool last) {
     const std::size_t chunk = kExrRowsPerChunk * rowBytes();
     std::size_t written = 0;
@@ -150,8 +150,8 @@ void ExrMidpointWriter::finish() {
 }
 
 SinkMemory ExrMidpointWriter::memory(const Plan& plan) const {
-    // The memory of a band's midpoints is at most that of its composite, which the budget always
-    // includes.
+    // The budget always includes a band's composite, which takes at least as much memory as its
+    // midpoints.
     return {0, ExrPlaneWriter::memory(plan.view.crop.width(), 1)};
 }
 
@@ -214,12 +214,12 @@ void CountMap::finish() {
 SinkMemory CountMap::memory(const Plan& plan) const {
     if (lowerExtension(path_) == ".exr")
         return {.bytes = ExrPlaneWriter::memory(plan.view.crop.width(), 1),
-                // `counts_` takes one number per pixel. The writer's `rows_` takes two, because it
-                // may be reallocated and copied.
+                // `counts_` takes one number per pixel. The writer's `rows_` takes two, because
+                // reallocation copies it.
                 .pixel_bytes = 3 * kNumberBytes};
     SinkMemory memory = ImageWriter(path_, options_).memory(plan);
-    // This is the memory for the counts, the band of colours (offset, Z, RGBA), and the band's
-    // composite (RGBA, Z).
+    // Memory for the counts, the band of colours (offset, Z, RGBA), and the band's composite (RGBA,
+    // Z).
     memory.pixel_bytes += 3 * sizeof(std::uint32_t) + 9 * sizeof(float);
     return memory;
 }

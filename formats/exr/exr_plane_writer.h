@@ -16,7 +16,7 @@
 
 namespace peeler {
 
-/// A part of a data image. Its dataWindow is the crop of its plan.
+/// A part of a data image. dataWindow is the crop of the plan.
 struct ExrPlanePart {
     std::string name;
     Plan plan;
@@ -29,7 +29,7 @@ struct ExrPlaneChannel {
     PixelType type = PixelType::kFloat;  ///< kFloat or kUint
 };
 
-/// A writer that streams rows into a file whose parts all have the same channels. The file has the
+/// A writer that streams rows into a file. All parts have the same channels. The file has the
 /// attributes of a layered file except `peeler:layer`.
 class ExrPlaneWriter {
   public:
@@ -43,14 +43,14 @@ class ExrPlaneWriter {
     ~ExrPlaneWriter();
 
     /// Appends the next rows of the current part, top to bottom, with 4 bytes per value: the rows
-    /// of the first channel, then those of the second, and so on. When a part is complete, the next
-    /// part begins.
+    /// of the first channel, then the rows of the second channel, and so on. When a part is
+    /// complete, the next part begins.
     void append(std::span<const std::byte> planes);
     /// Finishes the file. Throws Error (kInternal) if rows are missing.
     void finish();
 
     /// Returns the bytes that the writer holds for rows of this width with this number of channels,
-    /// without the input of append().
+    /// without the argument of append().
     static std::uint64_t memory(int width, std::size_t channels);
     const StageTimes& times() const { return times_; }
 
@@ -67,7 +67,7 @@ class ExrPlaneWriter {
     std::vector<Part> parts_;
     std::vector<std::size_t> order_;  ///< indices of append()'s channels in file order
     std::size_t part_ = 0;            ///< index of the current part
-    std::size_t rows_seen_ = 0;       ///< number of rows of the current part received so far
+    std::size_t rows_seen_ = 0;       ///< number of rows received of the current part
     std::vector<std::byte> rows_;     ///< rows of incomplete chunks, in file order
     int next_chunk_ = 0;
     StageTimes times_;
@@ -76,8 +76,8 @@ class ExrPlaneWriter {
 /// A writer of midpoint shadow maps: a single-part file with one channel, Z (float). Z is the
 /// camera Z of the midpoint between the two nearest surfaces (core/image/statistics.h), or +inf
 /// where a pixel has no second surface. dataWindow is the crop. The attributes are those of a
-/// layered file except `peeler:layer`. The capture chooses the surfaces
-/// (CaptureSettings::opaque_only).
+/// layered file except `peeler:layer`. CaptureSettings::opaque_only restricts the surfaces to
+/// opaque ones.
 class ExrMidpointWriter : public Sink {
   public:
     explicit ExrMidpointWriter(std::string path, OutputOptions options = {});
@@ -95,17 +95,17 @@ class ExrMidpointWriter : public Sink {
     OutputOptions options_;
     Projection projection_;
     std::unique_ptr<ExrPlaneWriter> plane_;
-    std::vector<float> midpoints_;  ///< midpoints of a band's pixels
+    std::vector<float> midpoints_;
     StageTimes times_;
 };
 
-/// A writer of the number of fragments per pixel: in EXR, as a channel `count` (uint); in PNG, JPEG
-/// and TIFF, as a colour from black (0) to yellow (the plan's number of layers).
+/// A writer of the number of fragments per pixel. An EXR stores the number in a channel `count`
+/// (uint). A PNG, JPEG or TIFF shows it as a colour from black (0) to yellow (the plan's number of
+/// layers).
 class CountMap : public Sink {
   public:
     CountMap(std::string path, OutputOptions options);
 
-    /// Forecasts the size of the file.
     SizeForecast forecast(const Plan& plan) const;
     void begin(const Plan& plan) override;
     void write(LayeredImage&& band) override;
@@ -113,7 +113,6 @@ class CountMap : public Sink {
     SinkMemory memory(const Plan& plan) const override;
     StageTimes times() const override;
 
-    /// Returns the largest count so far.
     std::uint32_t largest() const { return largest_; }
 
   private:

@@ -21,11 +21,13 @@ namespace peeler {
 /// parts `layer_*` that hold R, G, B, A, Z. AR, AG, AB beside A are read as coloured opacity. A
 /// pixel has a fragment if its Z is less than +inf.
 ///
-/// Reads a flat picture of another program as one layer (exr_picture.h). Missing alpha is 1.
-/// Without Z, every pixel that is not all 0 has a fragment, at Z = 0; an infinite or NaN Z becomes
-/// the largest finite float. Y alone becomes grey; with RY and BY it becomes a colour. On request,
-/// peeler's composites are read as pixels: each pixel has one entry, with Z = +inf where there is
-/// no fragment.
+/// Reads a flat picture of another program as one layer (exr_picture.h). Missing alpha becomes 1.
+/// Without Z, a pixel has a fragment, at Z = 0, unless R, G, B and A are all 0. An infinite or NaN
+/// Z becomes finite (makeDepthsFinite()). Y without RY and BY becomes grey; with RY and BY it
+/// becomes a colour.
+///
+/// On request, reads a composite by peeler as pixels: each pixel has one entry, with Z = +inf where
+/// there is no fragment.
 class ExrLdiReader : public LayeredInput {
   public:
     /// Throws Error (kInput) if the file is not layered; `where` names the part.
@@ -43,7 +45,7 @@ class ExrLdiReader : public LayeredInput {
 
   private:
     struct Layer;
-    /// The part that holds a layer, and the prefix of the layer's channel names in it.
+    /// The location of a layer: its part, and the prefix of its channel names.
     struct Source {
         std::size_t part;
         std::string prefix;
@@ -68,29 +70,30 @@ class ExrLdiReader : public LayeredInput {
     OpenedExr opened_;
     ExrFiles& input_ = opened_.files;
     ExrInfo& info_ = opened_.info;
-    bool flat_ = false;    ///< whether the file is a flat picture, which is read as one layer
-    bool pixels_ = false;  ///< whether the file is a composite, of which every pixel is read
+    bool flat_ = false;    ///< whether the file is a flat picture or a composite, read as one layer
+    bool pixels_ = false;  ///< whether every pixel is read, with or without a fragment
     ExrColors colors_;     ///< channel names in another program's flat picture
     std::vector<Source> sources_;  ///< source of each layer
     /// R, G, B, A, Z, then AR, AG, AB if present, then the channels of extra_.
     std::vector<ExrInputChannel> channels_;
-    /// For another program's flat picture: the name in the file of each of channels_. The name is
-    /// "" if the channel is missing.
+    /// For another program's flat picture: the names in the file of channels_; "" for missing
+    /// channels.
     std::vector<std::string> stored_;
     std::size_t first_extra_ = 0;       ///< index in channels_ of the first channel of extra_
     std::vector<FragmentArray> extra_;  ///< extra arrays, without data
 };
 
-/// A reader of deep images in scan lines or tiles, from ExrDeepWriter or other programs. It reads
-/// one picture (exr_picture.h), and the channels in other deep parts that belong to the same
-/// samples. In peeler's files, all parts must have the same samples. In other programs' files, a
-/// part is included if it has the same data window, the same blocks and the same sample count in
-/// every pixel, and shares no channel name but Z and ZBack.
+/// A reader of deep images in scan lines or tiles, from ExrDeepWriter or other programs. Reads one
+/// picture (exr_picture.h), and the channels in other deep parts that belong to the same samples.
+/// In a file by peeler, all parts must have the same samples. In another program's file, a part is
+/// included if it has the same data window, the same blocks and the same sample count in every
+/// pixel, and if Z and ZBack are the only channel names that it shares.
 ///
 /// Samples are sorted by Z (stably). A Z of +inf becomes the largest finite value, since +inf marks
-/// an empty pixel in a layered file. ZBack is kept as a channel. Without A, alpha is the mean of
-/// AR, AG and AB, or 1; a missing R, G or B becomes Y, or 0. Warns about a Z that is NaN or -inf,
-/// about overlapping samples, which are not split, and about missing colours and alpha.
+/// an empty pixel in a layered file. ZBack is kept as a channel. Missing A becomes the mean of AR,
+/// AG and AB or, without them, 1. If R, G and B are all missing, they become Y or, without Y, 0.
+/// Warns about a Z that is NaN or -inf, about overlapping samples, which are not split, and about
+/// missing colours and alpha.
 ///
 /// Opening reads all sample counts, so that info().plan has each layer's window and pixels, and the
 /// actual fragment counts.
@@ -120,7 +123,7 @@ class ExrDeepReader : public LayeredInput {
         std::vector<Route> routes;  ///< routes of all channels of the part, in order
     };
     struct CountedBlock {
-        ExrDeepBlock main, other;            ///< blocks of which only the sample counts are read
+        ExrDeepBlock main, other;            ///< only the sample counts are read
         std::vector<std::size_t> different;  ///< indices of parts whose sample counts differ
     };
 
@@ -143,7 +146,7 @@ class ExrDeepReader : public LayeredInput {
     ExrFiles& input_ = opened_.files;
     ExrInfo& info_ = opened_.info;
     ExrColors colors_;
-    std::vector<Part> parts_;           ///< parts to read; the first one has Z and colour
+    std::vector<Part> parts_;           ///< parts to read; the first part has Z and colour
     std::vector<FragmentArray> extra_;  ///< extra arrays, without data
     std::uint64_t sample_bytes_ = 0;    ///< bytes per sample in all parts together
     std::optional<DepthComplexity> complexity_;

@@ -26,7 +26,7 @@ std::byte* gatherComponent(std::span<const T> values, const ExrChannel& channel,
     return out;
 }
 
-/// Whether the next four channels are those of a colour without coloured opacity, in order of name:
+/// Whether the next four channels are those of a colour without coloured opacity, sorted by name:
 /// A, B, G, R.
 bool areColor(std::span<const ExrChannel> channels) {
     if (channels.size() < 4 || channels[0].components != kPlainComponents) return false;
@@ -37,8 +37,8 @@ bool areColor(std::span<const ExrChannel> channels) {
     return true;
 }
 
-/// Writes the four channels of a colour in one pass, since most of the time is spent fetching the
-/// fragments.
+/// Writes the four channels of a colour in one pass, since fetching the fragments takes most of the
+/// time.
 template <class T>
 std::byte* gatherColor(std::span<const T> values, std::span<const std::uint32_t> row,
                        std::byte* out) {
@@ -69,13 +69,12 @@ std::byte* copyChannel(const LayeredImage& image, const ExrChannel& channel, std
     const FragmentArray& array = channel.source == ExrChannel::kColor
                                      ? image.color
                                      : image.extra[static_cast<std::size_t>(channel.source)];
-    // Float and uint are handled alike, because their bits are copied unchanged.
+    // Float and uint are handled alike: their bits are copied unchanged.
     return pixelTypeSize(channel.type) == sizeof(std::uint16_t)
                ? copyComponent(array.as<std::uint16_t>(), channel, begin, end, out)
                : copyComponent(array.as<std::uint32_t>(), channel, begin, end, out);
 }
 
-/// Appends the fragments [begin, end) of `from` to `to`.
 void appendFragments(const LayeredImage& from, std::size_t begin, std::size_t end,
                      LayeredImage& to) {
     const auto append = [&](const FragmentArray& source, FragmentArray& target) {
@@ -89,8 +88,8 @@ void appendFragments(const LayeredImage& from, std::size_t begin, std::size_t en
         append(from.extra[i], to.extra[i]);
 }
 
-/// Reserves memory in `to` for the rows of `from`, starting with y0, so that appending them does
-/// not reallocate.
+/// Reserves memory in `to` for the rows of `from` from y0 on, so that appending them does not
+/// reallocate.
 void reserveRows(const LayeredImage& from, int y0, LayeredImage& to) {
     if (y0 >= from.window.y1) return;
     const std::size_t first = from.pixelIndex(from.window.x0, std::max(y0, from.window.y0));
@@ -151,7 +150,7 @@ std::byte* gatherExrLayer(const LayeredImage& image, std::span<const ExrChannel>
         const FragmentArray& array = channel.source == ExrChannel::kColor
                                          ? image.color
                                          : image.extra[static_cast<std::size_t>(channel.source)];
-        // Float and uint are handled alike, because their bits are copied unchanged.
+        // Float and uint are handled alike: their bits are copied unchanged.
         out = channel.type == PixelType::kHalf
                   ? gatherComponent<std::uint16_t>(array.as<std::uint16_t>(), channel, 0, row, out)
                   : gatherComponent<std::uint32_t>(array.as<std::uint32_t>(), channel, 0, row, out);

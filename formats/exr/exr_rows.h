@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rows of images in chunk order: layers and composites channel by channel, as flat scan lines, and
-// fragment lists as deep scan lines. Also keeps the last rows of a band if the next band's chunks
-// need them.
+// Rows of images in chunk order: layers and composites channel by channel as flat scan lines, and
+// fragment lists as deep scan lines. Also the rows of a band that the next band's chunks need.
 #pragma once
 
 #include <cstddef>
@@ -27,7 +26,7 @@ std::size_t findExrFragments(const LayeredImage& image, std::uint32_t k, int x0,
 std::byte* gatherExrLayer(const LayeredImage& image, std::span<const ExrChannel> channels,
                           std::span<const std::uint32_t> row, std::byte* out);
 
-/// Writes channels like gatherExrLayer(), but of `count` pixels of a composite, from pixel `first`
+/// Writes channels like gatherExrLayer(), but for `count` pixels of a composite, from pixel `first`
 /// on.
 std::byte* gatherExrComposite(const CompositeImage& image, std::span<const ExrChannel> channels,
                               std::size_t first, std::size_t count, std::byte* out);
@@ -41,12 +40,12 @@ std::vector<ExrChannel> deepChannels(const FragmentArray& array, int source);
 void packDeepRow(const LayeredImage& image, std::span<const ExrChannel> channels,
                  const Window& window, int y, ExrChunkPacker& packer, ExrDeepChunk& chunk);
 
-/// Returns an image with the width and arrays of `like` but without rows; the first row to be added
+/// Returns an image without rows, with the width and arrays of `like`. The first row to be appended
 /// is `y`.
 LayeredImage emptyImage(const LayeredImage& like, int y);
 
-/// Returns the rows from `y` on of two images with the same width and arrays. `lower` lies below
-/// `upper`.
+/// Returns the rows from `y` on of two images with the same width and arrays. `lower` begins below
+/// the last row of `upper`.
 LayeredImage rowsFrom(int y, const LayeredImage& upper, const LayeredImage& lower);
 
 }  // namespace peeler

@@ -15,7 +15,7 @@ namespace peeler {
 
 class ExrStream final : public Imf::IStream {
   public:
-    /// `file` must be open and outlive the stream. `path` is its name in messages.
+    /// `file` must be open and outlive the stream. `path` names the file in messages.
     ExrStream(const RegularFile& file, const std::string& path)
         : IStream(path.c_str()), file_(file) {}
 

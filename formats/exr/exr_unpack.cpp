@@ -38,8 +38,8 @@ bool unpackRuns(std::span<const std::byte> packed, std::span<std::byte> out) {
 /// Replaces differences, biased by 128, with their running sums, starting from `last`. Returns the
 /// last sum.
 ///
-/// Handles eight bytes at once: even and odd bytes are spread over 16-bit lanes. Multiplying by a
-/// word of four ones gives the running sums of the lanes, without carries between lanes.
+/// Handles eight bytes at once: spreads even and odd bytes over 16-bit lanes. A multiplication by a
+/// word of four ones gives the running sums of the lanes, which stay below 2^16.
 std::uint8_t addUp(std::span<std::uint8_t> bytes, std::uint8_t last) {
     constexpr std::uint64_t kEven = 0x00ff00ff00ff00ff, kOnes = 0x0001000100010001;
     constexpr std::uint64_t kBias = 0x8080808080808080;
@@ -77,11 +77,12 @@ void unfilter(std::span<std::uint8_t> filtered, std::span<std::byte> out) {
 }  // namespace
 
 bool exrInflate(std::span<const std::byte> packed, std::span<std::byte> out) {
-    // The decompressor is kept between calls, because creating it takes longer than unpacking the
-    // few bytes of a deep row.
+    // The decompressor is kept between calls: creating one takes longer than unpacking the few
+    // bytes of a deep row.
     thread_local const std::unique_ptr<libdeflate_decompressor, void (*)(libdeflate_decompressor*)>
         inflater(libdeflate_alloc_decompressor(), libdeflate_free_decompressor);
-    // With a null pointer for the actual size, the result must fill `out` exactly.
+    // With a null pointer for the actual size, libdeflate requires the result to fill `out`
+    // exactly.
     return inflater &&
            libdeflate_zlib_decompress(inflater.get(), packed.data(), packed.size(), out.data(),
                                       out.size(), nullptr) == LIBDEFLATE_SUCCESS;

@@ -19,7 +19,7 @@
 
 namespace peeler {
 
-/// The base of ExrLdiWriter and ExrCompositeWriter, which streams bands into parts.
+/// The base of ExrLdiWriter and ExrCompositeWriter: a sink that streams bands into parts.
 class ExrPartsSink : public Sink {
   public:
     ~ExrPartsSink() override;
@@ -43,8 +43,9 @@ class ExrPartsSink : public Sink {
 /// A writer of layered depth images. The part `composite` has R,G,B,A as `Plan::color_type`
 /// (compositeOver() of the stored colours, without a background) and Z of the first fragment. The
 /// parts `layer_000`, `layer_001`, … follow, front to back, each cropped to its layer's data
-/// window: R,G,B,A, Z and the extra channels of the bands. A picture without any fragment has the
-/// part `composite` alone, even if the options leave it out, since a file must have a part.
+/// window: R,G,B,A, Z and the extra channels of the bands. A picture without any fragment has only
+/// the part `composite`, even if the options leave it out, since a file must have a part.
+///
 /// `peeler:layout` names the layout. The layout "per-file" requires a composite, because the
 /// composite's file is the head of the set. The same plan, provenance and pixels produce the same
 /// bytes, whatever the sizes of the bands.
@@ -66,7 +67,7 @@ class ExrLdiWriter : public ExrPartsSink {
 
 /// A writer of single-part composites: R,G,B,A as `Plan::color_type`, Z (float, +inf where empty)
 /// and the other channels of the first fragment. dataWindow is the crop. The attributes are those
-/// of a layered file except `peeler:layer`. The compression is ZIP.
+/// of a layered file except `peeler:layer`. Compression: ZIP.
 class ExrCompositeWriter : public ExrPartsSink {
   public:
     explicit ExrCompositeWriter(std::string path, OutputOptions options = {});
@@ -78,15 +79,15 @@ class ExrCompositeWriter : public ExrPartsSink {
     std::vector<ExrPart> partsOf(const Plan& plan) const override;
 };
 
-/// A writer of deep images in deep scan lines: a part `color` (R,G,B,A as captured, Z float; AR,
-/// AG, AB and ZBack, if any) and, if there are other channels, a second part with these and Z
-/// again. Separate parts keep normals and ids away from readers that composite every channel of a
-/// part (OpenImageIO's flatten). The second part is called `ids` if it has integers, else `aovs`.
-/// Samples are points, without ZBack, in list order: front to back. dataWindow is the bounding box
-/// of all fragments, or the crop if there are none.
+/// A writer of deep images in deep scan lines. A part `color` has R,G,B,A as captured, Z (float)
+/// and, if captured, AR, AG, AB and ZBack. A second part has the other channels, if any, and Z
+/// again; it is called `ids` if it has integers, else `aovs`. It keeps normals and ids away from
+/// readers that composite every channel of a part (OpenImageIO's flatten). Samples are points,
+/// without ZBack, from front to back. dataWindow is the bounding box of all fragments, or the crop
+/// if there are none.
 ///
-/// `deepImageState` is TIDY if no two samples of any pixel have the same Z, else SORTED; MESSY if
-/// the input file has ZBack. If samples were merged, `peeler:deepMerge` names the method, and
+/// `deepImageState` is MESSY if the input file has ZBack, else TIDY if no two samples of any pixel
+/// have the same Z, else SORTED. If samples were merged, `peeler:deepMerge` names the method, and
 /// `peeler:fragmentsStored`, `peeler:layers` and `peeler:complete` describe the merged samples;
 /// `peeler:fragmentsStored` may then begin with zeros. The same plan, provenance and pixels produce
 /// the same bytes, whatever the sizes of the bands.
@@ -107,7 +108,7 @@ class ExrDeepWriter : public Sink {
   private:
     struct Part {
         const char* name;
-        std::vector<ExrChannel> channels;  ///< channels, sorted by name
+        std::vector<ExrChannel> channels;  ///< sorted by name
     };
 
     void open(const LayeredImage& first_band);
@@ -128,7 +129,7 @@ class ExrDeepWriter : public Sink {
     std::unique_ptr<AtomicFile> file_;
     /// Created with the first band, which defines the channels.
     std::unique_ptr<ExrOutput> exr_;
-    LayeredImage like_;  ///< arrays that every band has, without pixels
+    LayeredImage like_;  ///< the arrays of every band, without pixels
     LayeredImage merged_;
     int next_row_ = 0;
     std::uint64_t fragments_seen_ = 0, fragments_written_ = 0;

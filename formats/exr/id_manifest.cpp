@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// OpenEXR's idManifest. OpenEXR's class writes it. The reader here is peeler's own, since OpenEXR's
-// class trusts the sizes in the file (OpenEXR 3.1, src/lib/OpenEXR/ImfIDManifest.cpp, has the
-// format).
+// OpenEXR's idManifest: a writer based on OpenEXR's class, and a reader.
+//
+// OpenEXR's class trusts the sizes in the file, so it does not read here. The format is that of
+// OpenEXR 3.1, src/lib/OpenEXR/ImfIDManifest.cpp.
 #include "formats/exr/exr_header.h"
 
 #include <OpenEXR/ImfChannelList.h>
@@ -26,18 +27,18 @@ namespace peeler {
 namespace {
 
 constexpr const char *kObject = "id.object", *kMaterial = "id.material";
-/// The component that a manifest may have in addition to "name".
+/// The component that objects may have in addition to "name".
 constexpr const char* kParent = "parent";
-/// Maximum bytes of all names, more than any scene has.
+/// The maximum size of all names, in bytes. No scene has that many.
 constexpr std::uint64_t kMostNameBytes = 1U << 27;
 
-/// Whether a channel has this name in any layer ("layer_000.id.object").
+/// Whether a channel has this name in any layer (such as "layer_000.id.object").
 bool isOf(const std::string& channel, const std::string& name) {
     return channel == name || channel.ends_with("." + name);
 }
 
-/// Adds a group of channels and names. The ids of the parents become a second component; `parents`
-/// may be empty.
+/// Adds a group for the channels called `name`. `parents` holds the parents' ids for a second
+/// component; it may be empty.
 void addGroup(Imf::IDManifest& manifest, const Imf::ChannelList& channels, const char* name,
               const std::vector<std::string>& names, const std::vector<std::uint32_t>& parents) {
     std::set<std::string> found;
@@ -60,9 +61,9 @@ void addGroup(Imf::IDManifest& manifest, const Imf::ChannelList& channels, const
     manifest.add(group);
 }
 
-/// A reader of a manifest's unpacked bytes, which are not trusted. It limits everything that a few
-/// bytes can inflate: strings with common beginnings, overlapping runs, a long name for many ids.
-/// Numbers are little-endian.
+/// A reader of a manifest's unpacked bytes, which are not trusted. Limits the memory that a few
+/// bytes can demand through shared prefixes, overlapping runs, or a long name for many ids. Numbers
+/// are little-endian.
 class ManifestReader {
   public:
     explicit ManifestReader(std::span<const std::byte> bytes) : left_(bytes) {}
@@ -109,7 +110,7 @@ class ManifestReader {
         fail("a number is too long");
     }
 
-    /// Reads a list of texts, stored as all lengths, then all bytes.
+    /// Reads a list of texts: the lengths of all texts, then their bytes.
     std::vector<std::string_view> list() {
         const auto count = number<std::uint32_t>();
         if (count > left_.size()) fail("it ends too early");
@@ -126,16 +127,16 @@ class ManifestReader {
         return texts;
     }
 
-    /// Counts bytes before they are allocated. Throws Error (kInput) if the total exceeds the
-    /// limit.
+    /// Adds `bytes` to the total before they are allocated. Throws Error (kInput) if the total
+    /// exceeds the limit.
     void hold(std::uint64_t bytes) {
         held_ += bytes;
         if (held_ > 2 * kMostNameBytes) fail("its names are too many or too long");
     }
 
     /// Reads all texts, which are sorted. Every text but the first begins with the length of the
-    /// prefix that it shares with the previous text. The length takes one byte. If the previous
-    /// text is longer than 255, the length takes two bytes, the higher byte first.
+    /// prefix that it shares with the previous text. This length takes two bytes, the higher byte
+    /// first, if the previous text has more than 255 bytes, else one byte.
     void readTexts() {
         for (std::string_view text : list()) {
             std::string whole;
@@ -157,11 +158,11 @@ class ManifestReader {
         }
     }
 
-    /// Reads the order of the texts; the entries refer to texts by their number in this order. The
-    /// order is stored as runs of texts. If runs overlap, a text keeps its first number.
+    /// Reads the order of the texts, stored as runs of consecutive texts. Entries refer to texts by
+    /// their position in this order. If runs overlap, a text keeps its first position.
     void readOrder() {
         hold(2 * texts_.size() * sizeof(std::size_t));
-        // For each text, the next text that may lack a number.
+        // For each text, the next text that may lack a position.
         std::vector<std::size_t> next(texts_.size() + 1);
         std::iota(next.begin(), next.end(), std::size_t{0});
         const auto free_from = [&](std::size_t text) {
@@ -190,13 +191,13 @@ class ManifestReader {
         return storage == 1 ? number<std::uint32_t>() : shortNumber();
     }
 
-    /// Reads the group for some channels: ids, with the texts of each. Keeps the first groups for
-    /// objects and for materials whose ids are 1, 2, 3, …, as peeler writes them.
+    /// Reads a group: channels, and ids with their texts. Keeps the first group for objects and the
+    /// first group for materials if their ids are 1, 2, 3, …, as peeler writes them.
     void readGroup(IdNames& found) {
         const auto channels = list(), components = list();
-        take(1);                        // skips the lifetime of the ids
-        take(number<std::uint32_t>());  // skips the hash scheme
-        take(number<std::uint32_t>());  // skips the encoding scheme
+        take(1);                        // lifetime of the ids
+        take(number<std::uint32_t>());  // hash scheme
+        take(number<std::uint32_t>());  // encoding scheme
         const auto storage = number<std::uint8_t>();
         const auto of = [&](const char* name) {
             return std::ranges::any_of(channels, [name](std::string_view channel) {

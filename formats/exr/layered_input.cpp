@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Choice of a file's reader by its headers.
+// Choice of the reader for a file by its headers.
 #include "formats/exr/layered_input.h"
 
 #include <limits>

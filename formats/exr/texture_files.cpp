@@ -85,7 +85,7 @@ Imf::Header textureHeader(const ValueTexture& texture, const std::string& softwa
     return header;
 }
 
-/// Copies rows in chunk order: channel by channel, sorted by name.
+/// Copies rows in chunk order: row by row, and in each row channel by channel, sorted by name.
 void gather(const ValueTexture& texture, int row, int rows, std::byte* out) {
     const auto side = static_cast<std::size_t>(texture.size);
     const std::size_t width = texture.components;

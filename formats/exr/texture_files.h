@@ -9,16 +9,16 @@
 
 namespace peeler {
 
-/// A square data texture; its rows go from top to bottom (v = 0 first).
+/// A square data texture. The rows are stored from top to bottom (v = 0 first).
 struct ValueTexture {
     std::string name;
     int size = 0;                ///< texels per side
-    std::size_t components = 1;  ///< number of components, 1 or 3
+    std::size_t components = 1;  ///< 1 or 3
     std::vector<float> values;
 };
 
-/// Returns the texture as a grey or RGB PNG with 8 or 16 bits. Values from 0 to 1 fill the range
-/// linearly, without a transfer function. Other values are clipped; NaN becomes 0. Throws Error
+/// Returns the texture as a grey or RGB PNG with 8 or 16 bits. Maps values from 0 to 1 linearly to
+/// the full range, without a transfer function. Clips other values; NaN becomes 0. Throws Error
 /// (kOutput).
 std::vector<std::uint8_t> encodePng(const ValueTexture& texture, int bits);
 
@@ -27,7 +27,7 @@ void writePngTexture(const std::string& path, const ValueTexture& texture,
                      const std::string& software);
 
 /// Writes an OpenEXR file, atomically, with one part per texture, in order: 32-bit floats in
-/// channels Y or R, G, B. Texture names must differ. Throws Error (kOutput).
+/// channels Y or R, G, B. Textures must have different names. Throws Error (kOutput).
 void writeExrTextures(const std::string& path, std::span<const ValueTexture> textures,
                       const std::string& software);
 

@@ -17,8 +17,8 @@ using nlohmann::ordered_json;
 constexpr const char* kDraco = "KHR_draco_mesh_compression";
 constexpr int kColorComponent = 5123, kValueComponent = 5126;  // unsigned short, float
 
-/// Returns values for all vertices of the file's primitive; 0 for vertices that the scene does not
-/// keep.
+/// Returns values for all vertices of the file's primitive. Vertices that the scene does not keep
+/// get 0.
 template <class T>
 std::vector<std::uint8_t> bytesOfAll(const std::vector<T>& values, std::size_t a_vertex,
                                      const PrimitiveSource& source) {
@@ -50,7 +50,7 @@ class VertexValues {
     }
 
   private:
-    /// The values of one node's mesh, by primitive.
+    /// The baked primitives of one node's mesh.
     using Values = std::vector<const BakedPrimitive*>;
 
     const Values& valuesOf(std::size_t node) const {
@@ -65,8 +65,8 @@ class VertexValues {
                           [](const auto* one, const auto* other) { return *one == *other; });
     }
 
-    /// Assigns a version of the mesh to each node. Nodes without values keep the original mesh. If
-    /// every node has values, the nodes with the first version keep the original mesh.
+    /// Gives each node the version of the mesh with the node's values. Nodes without values keep
+    /// the original mesh. If every node has values, the first version replaces the original mesh.
     void share(std::size_t mesh, const std::vector<std::size_t>& users) {
         struct Version {
             const Values* values;
@@ -115,8 +115,8 @@ class VertexValues {
                    values.source.vertices);
     }
 
-    /// Sets the colour displacements of morph targets to zero, since the new colours are those of
-    /// the baked pose.
+    /// Sets the colour displacements of morph targets to zero, since the new colours belong to the
+    /// baked pose.
     void stopColors(ordered_json& primitive, std::size_t vertices) {
         const auto targets = primitive.find("targets");
         if (targets == primitive.end()) return;
@@ -130,12 +130,13 @@ class VertexValues {
     }
 
     /// Corrects the counts of accessors. All attributes of a primitive must have the same count,
-    /// but encoders sometimes declare a number of vertices other than the decoded one (Khronos' own
-    /// 2CylinderEngine).
+    /// but some encoders declare a number of vertices that differs from the decoded number
+    /// (Khronos' own 2CylinderEngine).
     void correctCounts(const ordered_json& primitive, std::size_t vertices) {
         for (const auto& [name, id] : primitive["extensions"][kDraco]["attributes"].items()) {
             const auto attribute = primitive["attributes"].find(name);
-            // Readers ignore an extension's attribute that the primitive itself lacks.
+            // Readers ignore an attribute of the extension if the primitive itself lacks the
+            // attribute.
             if (attribute == primitive["attributes"].end()) continue;
             ordered_json& accessor = package_.gltf()["accessors"].at(attribute->get<std::size_t>());
             if (!accessor.contains("bufferView")) accessor["count"] = vertices;
@@ -147,7 +148,6 @@ class VertexValues {
     std::map<int, Values> baked_;  ///< values of each node
 };
 
-/// Calls body(primitive) for every primitive in the file.
 template <class Body>
 void forEachPrimitive(ordered_json& gltf, const Body& body) {
     const auto meshes = gltf.find("meshes");
@@ -157,8 +157,7 @@ void forEachPrimitive(ordered_json& gltf, const Body& body) {
             body(primitive);
 }
 
-/// Returns the JSON array of a primitive's variant materials (KHR_materials_variants), or null if
-/// there is none.
+/// Returns the JSON array of a primitive's variant materials (KHR_materials_variants), or null.
 ordered_json* mappingsOf(ordered_json& primitive) {
     const auto extensions = primitive.find("extensions");
     if (extensions == primitive.end()) return nullptr;
@@ -189,7 +188,7 @@ std::set<std::size_t> materialsWithout(ordered_json& gltf, const std::string& at
 }
 
 /// Applies a change to the JSON. Throws Error (kInput) if an object for which values were baked is
-/// missing, because the file has changed since it was read.
+/// missing; the file has then changed since it was read.
 template <class Change>
 void changing(const Change& change) {
     try {

@@ -13,13 +13,13 @@
 
 namespace peeler {
 
-/// The values baked for a primitive as one node shows it, per vertex of the Scene
+/// The values baked for a primitive in the mesh of one node, per vertex of the Scene
 /// (Primitive::source gives the file's vertices).
 struct BakedPrimitive {
     int node = 0;
     PrimitiveSource source{};
     std::vector<glm::u16vec4> colors{};  ///< COLOR_0, normalised
-    /// 1 or 3 values per vertex, the same number in all primitives.
+    /// 1 or 3 values per vertex; the number is the same in all primitives.
     std::vector<float> values{};
     bool operator==(const BakedPrimitive& other) const {
         return source.primitive == other.source.primitive && colors == other.colors &&
@@ -27,13 +27,15 @@ struct BakedPrimitive {
     }
 };
 
-/// Adds to each primitive its COLOR_0, replacing any existing one, and its values as `attribute`,
-/// an application-specific name (glTF 2.0 §3.7.2.1: "_AO"). If nodes show the same mesh with
-/// different values, each gets its own copy of the mesh. The copies share all other accessors;
-/// nodes without values keep the original mesh. In Draco-compressed primitives
-/// (KHR_draco_mesh_compression allows additional uncompressed attributes), the new attributes
-/// follow the order of the decoded vertices, and a compressed COLOR_0 is removed from the
-/// extension. Throws Error (kInput) if the values were baked for another file.
+/// Adds to each primitive its COLOR_0, replacing any existing COLOR_0, and its values as
+/// `attribute`, an application-specific name (glTF 2.0 §3.7.2.1: "_AO"). If nodes show the same
+/// mesh with different values, each version of the mesh becomes a copy. The copies share all other
+/// accessors. Nodes without values keep the original mesh.
+///
+/// In Draco-compressed primitives (KHR_draco_mesh_compression allows additional uncompressed
+/// attributes), the new attributes follow the order of the decoded vertices, and a compressed
+/// COLOR_0 is removed from the extension. Throws Error (kInput) if the values were baked for
+/// another file.
 void addVertexValues(GlbWriter& package, const std::string& attribute,
                      const std::vector<BakedPrimitive>& primitives);
 
@@ -41,11 +43,11 @@ void addVertexValues(GlbWriter& package, const std::string& attribute,
 /// COLOR_0 alone.
 void showVertexColorsAlone(GlbWriter& package);
 
-/// Sets the default scene, which viewers show.
+/// Sets the scene that viewers show by default.
 void setDefaultScene(GlbWriter& package, int scene);
 
-/// Gives every primitive its material in a variant (KHR_materials_variants), so that viewers
-/// without the extension also show the variant.
+/// Sets every primitive's material to its material in a variant (KHR_materials_variants), so that
+/// viewers without the extension also show the variant.
 void setVariant(GlbWriter& package, std::size_t variant);
 
 struct BakedTexture {

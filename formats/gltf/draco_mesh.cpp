@@ -29,7 +29,7 @@ DracoMesh takeDracoMesh(SharedFile& result, std::span<const DracoAttribute> attr
     };
     DracoMesh mesh;
     mesh.points = result.takeOne<std::uint64_t>();
-    // No product overflows, because the limits are accessor counts, at most 2^53.
+    // No product overflows, because the limits derive from accessor counts, which are at most 2^53.
     checked(mesh.points > 0 && mesh.points <= limits.points);
     mesh.indices = result.take<std::uint32_t>(3 * limits.faces);
     checked(!mesh.indices.empty() && mesh.indices.size() % 3 == 0);

@@ -24,7 +24,7 @@ using nlohmann::json;
 using nlohmann::ordered_json;
 
 constexpr std::uint64_t kMostContainerBytes = std::numeric_limits<std::uint32_t>::max();
-// Alignment of chunks, sufficient for every accessor.
+// Alignment of chunks, in bytes; sufficient for every accessor.
 constexpr std::uint64_t kContainerAlignment = 4;
 
 std::uint64_t padded(std::uint64_t bytes) {
@@ -52,7 +52,7 @@ const char* mimeTypeOf(std::span<const std::uint8_t> bytes) {
     return nullptr;
 }
 
-/// Returns the root array with this name, creating it if missing.
+/// Returns the array with this name in the root object. Creates the array if it is missing.
 ordered_json& arrayIn(ordered_json& gltf, const char* name) {
     ordered_json& array = gltf[name];
     if (array.is_null()) array = ordered_json::array();
@@ -96,8 +96,8 @@ std::uint64_t GlbWriter::memory(const std::filesystem::path& path, const GltfOpt
     const std::vector<std::uint8_t> bytes = readRegularFile(path, options.max_file_bytes);
     ReadWarnings given_by_read_gltf(false, {});
     const GltfContainer container = splitGltfContainer(bytes, path.string(), given_by_read_gltf);
-    // The JSON is in memory as text and as two trees, one checked and one edited. Decoding data
-    // URIs turns four characters into three bytes.
+    // The JSON is in memory as text and as two trees: a checked tree and an edited tree. Decoding
+    // data URIs turns four characters into three bytes.
     std::uint64_t all = bytes.size() + 2 * parsedBytes(container.json);
     if (!container.binary) all += bytes.size() / 4 * 3;
     for (const std::filesystem::path& file : named) {
@@ -116,7 +116,7 @@ std::uint64_t GlbWriter::append(std::span<const std::uint8_t> bytes) {
     return start;
 }
 
-/// Returns the bytes of a source buffer, or nothing for a placeholder of decompressed data.
+/// Returns the bytes of a source buffer, or no value for a placeholder of decompressed data.
 std::optional<std::span<const std::uint8_t>> GlbWriter::bufferBytes(
     const json& buffer, std::size_t index, std::optional<std::span<const std::uint8_t>> binary) {
     const std::string where = childPointer("/buffers", index);
@@ -196,7 +196,7 @@ void GlbWriter::takeImages() {
         std::size_t view;
         const char* mime_type;
     };
-    // The images are indexed by URI, so that a file that is used several times is read once.
+    // Images are indexed by URI, so that a file that is used several times is read only once.
     std::map<std::string, Place> known;
     for (std::size_t i = 0; i < images->size(); ++i) {
         ordered_json& image = (*images)[i];

@@ -19,7 +19,7 @@
 
 namespace peeler {
 
-/// The properties of a new accessor, except min and max.
+/// The properties of a new accessor. The accessor has no min and max.
 struct NewAccessor {
     int component_type = 5126;  ///< as in glTF: 5126 FLOAT, 5123 UNSIGNED_SHORT
     bool normalized = false;
@@ -27,36 +27,36 @@ struct NewAccessor {
     std::size_t count = 0;
 };
 
-/// A glTF file to edit and save as .glb. It interprets as little as possible, so extras, unknown
-/// extensions, compressed data and the order of members are kept. All buffers are merged into one,
-/// followed only by placeholders for decompressed data, and images are embedded. All other indices
-/// stay valid.
+/// A glTF file that can be edited and saved as .glb. The class interprets as little as possible, so
+/// extras, unknown extensions, compressed data and the order of members are kept. All buffers
+/// become one buffer, followed only by placeholders for decompressed data; images are embedded.
+/// Indices into all other arrays stay valid.
 class GlbWriter {
   public:
     /// Reads the file and the files of its buffers and images, in the same sandbox as readGltf(),
-    /// which must have accepted the file. Throws Error (kInput) like readGltf(), and Error
-    /// (kOutput) if the result would exceed the 4 GiB limit of a .glb. An image that cannot be
-    /// embedded stays external, with a warning.
+    /// which must have accepted the file. An image that cannot be embedded stays external, with a
+    /// warning. Throws the errors of readGltf(), and Error (kOutput) if the result would exceed the
+    /// 4 GiB limit of a .glb.
     GlbWriter(const std::filesystem::path& path, const GltfOptions& options);
-    /// Converts a scene that was read from `path`, a file of another format: its nodes, meshes and
-    /// materials, with all numbers unchanged. Omits textures, with a warning.
+    /// Converts the nodes, meshes and materials of a scene that was read from `path`, a file of
+    /// another format. All numbers stay unchanged. Omits textures, with a warning.
     GlbWriter(const std::filesystem::path& path, const Scene& scene);
     GlbWriter(const GlbWriter&) = delete;
     GlbWriter& operator=(const GlbWriter&) = delete;
 
-    /// Returns the peak memory, in bytes, that a GlbWriter of this glTF file needs before write(),
-    /// without the objects added to it. `named` are the external files to which the file refers.
-    /// Reads the file. Throws like the constructor.
+    /// Returns the peak memory of a GlbWriter of this glTF file before write(), in bytes, without
+    /// the objects added to it. `named` are the external files to which the file refers. Reads the
+    /// file. Throws the errors of the constructor.
     static std::uint64_t memory(const std::filesystem::path& path, const GltfOptions& options,
                                 std::span<const std::filesystem::path> named);
-    /// Returns the peak memory of a GlbWriter of a scene in the same way.
+    /// Returns the peak memory of a GlbWriter of a scene before write(), in bytes.
     static std::uint64_t memory(const Scene& scene);
 
     nlohmann::ordered_json& gltf() { return json_; }
     const std::vector<Text>& warnings() const { return warnings_; }
 
-    /// Add an object and return its index. `target` is as in glTF 2.0 §5.11.5; 34962 means
-    /// vertices.
+    /// Add an object and return its index. `target` is as in glTF 2.0 §5.11.5; 34962 is
+    /// ARRAY_BUFFER.
     std::size_t addBufferView(std::vector<std::uint8_t> bytes, std::optional<int> target = {});
     std::size_t addAccessor(std::vector<std::uint8_t> bytes, const NewAccessor& accessor);
     std::size_t addImage(std::vector<std::uint8_t> bytes, const std::string& mime_type,
@@ -85,7 +85,7 @@ class GlbWriter {
     /// Parts of the binary chunk. Each part starts at a multiple of 4 bytes.
     std::vector<std::span<const std::uint8_t>> parts_;
     std::uint64_t size_ = 0;  ///< total size of the parts with padding, in bytes
-    /// For each source buffer, its offset in the binary chunk; nothing if the buffer is not
+    /// For each source buffer, its offset in the binary chunk; no value if the buffer is not
     /// embedded.
     std::vector<std::optional<std::uint64_t>> starts_;
     std::vector<std::size_t> placeholders_;  ///< new index of each buffer without data

@@ -13,7 +13,7 @@
 
 namespace peeler {
 
-/// An array of numeric elements in memory, with any alignment; if `data` is null, all elements are
+/// An array of numeric elements in memory, with any alignment. If `data` is null, all elements are
 /// zeros.
 struct AccessorSource {
     const std::uint8_t* data = nullptr;
@@ -54,8 +54,8 @@ Out converted(In value, bool normalize) {
 
 constexpr std::size_t kNowhere = std::numeric_limits<std::size_t>::max();
 
-/// Copies elements. `target(i)` is the index in `out` for element i of the source; elements with
-/// kNowhere are skipped.
+/// Copies elements to the indices target(i) of `out`. Skips elements for which target(i) is
+/// kNowhere.
 template <typename In, typename Out, typename Target>
 void copyNumbers(const AccessorSource& source, std::size_t count, Out* out, const Target& target) {
     for (std::size_t i = 0; i < count; ++i) {
@@ -201,8 +201,8 @@ void AccessorReader::applySparse(int accessor, ElementRange range, bool normaliz
         });
 }
 
-/// Whether an accessor's integers are normalised. Throws Error (kInput) if the accessor's format is
-/// not allowed.
+/// Whether an accessor's integers are to be read as normalised. Throws Error (kInput) if the
+/// accessor's format is not allowed.
 bool AccessorReader::isNormalized(int accessor, const AccessorFormat& format,
                                   const std::string& use) const {
     constexpr int kFloat = 5126;

@@ -24,7 +24,7 @@ struct AccessorFormat {
     /// Allowed numbers of components: {3, 4} for VEC3 or VEC4.
     std::initializer_list<int> components;
     std::initializer_list<ComponentFormat> allowed;
-    /// The Khronos validator's issue code if `normalized` is wrong.
+    /// The Khronos validator's code for a wrong `normalized`.
     const char* issue = "MESH_PRIMITIVE_ATTRIBUTES_ACCESSOR_INVALID_FORMAT";
 };
 
@@ -37,16 +37,15 @@ class AccessorReader {
   public:
     explicit AccessorReader(GltfDocument& document) : document_(document) {}
 
-    /// Return the number of elements, and the number of components per element.
     std::size_t count(int accessor) const;
     int components(int accessor) const;
 
-    /// Returns a range of elements as floats, element by element. Normalised integers are converted
+    /// Returns a range of elements as floats, element by element. Converts normalised integers
     /// (glTF 2.0 §3.6.2.2; KHR_mesh_quantization). If `normalized` of an integer accessor
     /// contradicts the allowed formats, uses the allowed value, with a warning. `use` is the JSON
-    /// pointer of the reference to the accessor. Throws Error (kInput): with `use` as `where` if
-    /// the format is not allowed, with the accessor's own pointer if the accessor is damaged.
-    /// Checks before any allocation.
+    /// pointer of the reference to the accessor. Checks all sizes before any allocation. Throws
+    /// Error (kInput) if the format is not allowed (`where` is `use`) or if the accessor is damaged
+    /// (`where` is the accessor's own pointer).
     std::vector<float> floats(int accessor, const AccessorFormat& format, ElementRange range,
                               const std::string& use) const;
 

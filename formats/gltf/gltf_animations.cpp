@@ -27,7 +27,7 @@ const AccessorFormat kAnimatedRotation = {
 const AccessorFormat kWeight = {
     {1}, {{5126}, {5120, true}, {5121, true}, {5122, true}, {5123, true}}, kOutputIssue};
 
-/// The names of animated properties in JSON, in the order of AnimatedProperty.
+/// The names of animated properties in the JSON, in the order of AnimatedProperty.
 constexpr struct {
     const char* path;
     const AccessorFormat* format;
@@ -96,7 +96,7 @@ class AnimationReader {
             {keyframes(sampler, *property, width), static_cast<int>(node), *property});
     }
 
-    /// Returns the number of components of a value.
+    /// Returns the number of components of a property's value: 0 for weights without morph targets.
     std::size_t widthOf(AnimatedProperty property, std::size_t node) const {
         if (property == AnimatedProperty::kRotation) return 4;
         if (property != AnimatedProperty::kWeights) return 3;
@@ -106,8 +106,8 @@ class AnimationReader {
         return primitives.empty() ? 0 : primitives.front().targets.size();
     }
 
-    /// Returns the index of the keyframes from a sampler. Channels may share a sampler even for
-    /// different properties, so the keyframes are read once per property.
+    /// Returns the index in result_.keyframes of a sampler's keyframes. Channels for different
+    /// properties may share a sampler, so the keyframes are read once per property.
     std::size_t keyframes(std::size_t sampler, AnimatedProperty property, std::size_t width) {
         const auto [entry, fresh] =
             read_.try_emplace({sampler, width, property}, result_.keyframes.size());
@@ -134,7 +134,7 @@ class AnimationReader {
                          where + "/input");
 
         const bool cubic = result.interpolation == Interpolation::kCubicSpline;
-        // Weights are stored as scalars: one per key and morph target.
+        // Weights are stored as scalars: for each key, one per morph target.
         const std::size_t a_key =
             (property == AnimatedProperty::kWeights ? width : 1) * (cubic ? 3 : 1);
         if (elements % a_key != 0 || elements / a_key != times)
@@ -156,7 +156,7 @@ class AnimationReader {
     const json& source_;
     std::string where_;
     Animation result_;
-    /// Index of the keyframes for each sampler, width and property.
+    /// Index in result_.keyframes, by sampler, width and property.
     std::map<std::tuple<std::size_t, std::size_t, AnimatedProperty>, std::size_t> read_;
 };
 

@@ -29,7 +29,7 @@ bool isVersion2(const json& version, bool only_2_0) {
     return only_2_0 ? text == "2.0" : text == "2" || text.rfind("2.", 0) == 0;
 }
 
-/// Converts a version given as a number, such as 2.0, to a string.
+/// Converts a version that is a number, such as 2.0, to a string.
 void readVersionNumber(json& asset, const char* name, ReadWarnings& warnings) {
     const auto found = asset.find(name);
     if (found == asset.end() || !found->is_number()) return;
@@ -39,7 +39,8 @@ void readVersionNumber(json& asset, const char* name, ReadWarnings& warnings) {
                   childPointer("/asset", name));
 }
 
-/// Throws Error (kInput), naming the lowest-numbered node in the cycle that contains this node.
+/// Throws Error (kInput), naming the node with the smallest index in the cycle that contains
+/// `node`.
 [[noreturn]] void failRing(const std::vector<int>& parents, std::size_t node) {
     std::size_t first = node;
     for (auto next = static_cast<std::size_t>(parents[node]); next != node;
@@ -48,7 +49,7 @@ void readVersionNumber(json& asset, const char* name, ReadWarnings& warnings) {
     failGltf("the node is its own ancestor", childPointer("/nodes", first));
 }
 
-/// Returns an array member of an object; an empty array if it is missing.
+/// Returns an array member of an object, or an empty array if the object lacks the member.
 const json& listOf(const json& object, const char* member) {
     static const json kNone = json::array();
     const auto found = object.find(member);
@@ -75,7 +76,7 @@ std::vector<int> parentsOf(const json& nodes) {
 /// Checks that every chain of parents ends at a root and is not longer than allowed.
 void checkDepths(const std::vector<int>& parents) {
     const std::size_t count = parents.size();
-    // Walk each chain only once: stop at a node of known depth.
+    // Walk each chain only once: stop at a node whose depth is known.
     std::vector<std::size_t> depths(count, 0);  // depth of each node: 1 for roots, 0 if unknown
     std::vector<std::size_t> chain;
     for (std::size_t i = 0; i < count; ++i) {
@@ -97,11 +98,11 @@ void checkDepths(const std::vector<int>& parents) {
     }
 }
 
-/// The stored answers of isMarked(): kMarked if the node itself is marked, kBelow if one of its
-/// ancestors is, kFree if neither is.
+/// The mark of a node, and the answers that isMarked() has stored: kMarked if the node itself is
+/// marked, kBelow if an ancestor is marked, kFree otherwise.
 enum class Mark : std::uint8_t { kUnknown, kMarked, kBelow, kFree };
 
-/// Whether a node or one of its ancestors is marked. Stores the answer for all nodes on the path.
+/// Whether a node or one of its ancestors is marked. Stores the answer for all nodes on the way up.
 bool isMarked(const std::vector<int>& parents, std::vector<Mark>& marks, std::size_t first) {
     const auto markOf = [&](int node) -> Mark& { return marks[static_cast<std::size_t>(node)]; };
     int node = static_cast<int>(first);
@@ -113,9 +114,9 @@ bool isMarked(const std::vector<int>& parents, std::vector<Mark>& marks, std::si
     return answer == Mark::kBelow;
 }
 
-/// Checks the roots of the scene at `where`, and marks them in `shown`. A listed node that has a
-/// parent becomes a root, without the parent's transform. Throws Error (kInput) if the scene also
-/// lists one of the node's ancestors.
+/// Checks the roots of the scene at `where`, and marks them in `shown`. Warns if a listed node has
+/// a parent; the scene shows the node as a root, without the parent's transform. Throws Error
+/// (kInput) if the scene also lists one of the node's ancestors.
 void readRoots(json& roots, const std::string& where, const std::vector<int>& parents,
                std::vector<Mark>& shown, ReadWarnings& warnings) {
     std::vector<Mark> listed(parents.size(), Mark::kUnknown);
@@ -147,8 +148,8 @@ void readRoots(json& roots, const std::string& where, const std::vector<int>& pa
     roots = std::move(once);
 }
 
-/// Detaches each node that a scene lists as a root from its parent, unless a scene shows the
-/// parent.
+/// Removes each node that a scene lists as a root from the children of its parent, unless a scene
+/// shows the parent.
 void cutRoots(json& nodes, const std::vector<int>& parents, const std::vector<Mark>& listed) {
     std::vector<Mark> shown = listed;
     for (std::size_t i = 0; i < parents.size(); ++i) {
@@ -180,7 +181,6 @@ void checkGltfForest(json& gltf, ReadWarnings& warnings) {
     checkDepths(parents);
     const auto scenes = gltf.find("scenes");
     if (scenes == gltf.end()) return;
-    // Marks of nodes that any scene lists.
     std::vector<Mark> listed(parents.size(), Mark::kUnknown);
     for (std::size_t i = 0; i < scenes->size(); ++i) {
         const auto roots = (*scenes)[i].find("nodes");
@@ -235,7 +235,8 @@ void checkGltfCameras(const tinygltf::Model& model) {
                 failGltf("the vertical field of view must be below pi radians, but is " +
                              std::to_string(lens.yfov),
                          where + "/yfov", "glTF gives angles in radians");
-            // In tinygltf, 0 means no far plane; the schema check has rejected an explicit 0.
+            // In tinygltf, 0 means that there is no far plane. The schema check has rejected an
+            // explicit 0.
             if (lens.zfar != 0 && lens.zfar <= lens.znear)
                 failGltf("zfar must be greater than znear", where + "/zfar");
         } else {
@@ -266,7 +267,7 @@ void checkGltfVersion(json& gltf, const std::string& path, ReadWarnings& warning
 
 void checkRequiredExtensions(const json& gltf, const std::vector<std::string>& ignored) {
     const auto required = gltf.find("extensionsRequired");
-    // The schema check reports members of any other type.
+    // If extensionsRequired or one of its elements has another type, the schema check reports it.
     if (required == gltf.end() || !required->is_array()) return;
     for (std::size_t i = 0; i < required->size(); ++i) {
         if (!(*required)[i].is_string()) continue;

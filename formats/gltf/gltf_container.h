@@ -23,9 +23,9 @@ struct GltfContainer {
 /// Whether the bytes begin with "glTF".
 bool isGlb(std::span<const std::uint8_t> bytes);
 
-/// Splits a .glb into its chunks. Treats any other file as JSON. Throws Error (kInput) with `path`
-/// as `where` if the container is damaged or has an unknown version. Warns about harmless
-/// irregularities.
+/// Splits a .glb into its chunks. Takes any other file for JSON. Warns about harmless
+/// irregularities. Throws Error (kInput) with `path` as `where` if the container is damaged or has
+/// an unknown version.
 GltfContainer splitGltfContainer(std::span<const std::uint8_t> bytes, const std::string& path,
                                  ReadWarnings& warnings);
 
@@ -33,7 +33,7 @@ GltfContainer splitGltfContainer(std::span<const std::uint8_t> bytes, const std:
 /// `path` as `where` if the JSON is damaged, is not an object, or is nested deeper than any
 /// exporter writes.
 nlohmann::json parseGltfJson(std::string_view text, const std::string& path);
-/// Parses like parseGltfJson(), but keeps the order of members in the text.
+/// Parses like parseGltfJson(), but keeps the members in the order of the text.
 nlohmann::ordered_json parseOrderedGltfJson(std::string_view text, const std::string& path);
 
 }  // namespace peeler

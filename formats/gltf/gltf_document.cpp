@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Loading and checking of a glTF file. tinygltf gets only the parts that it handles well.
+// Loading and checking of a glTF file.
+//
+// tinygltf gets only the parts of the JSON that it handles well.
 #include "formats/gltf/gltf_document.h"
 
 #include <algorithm>
@@ -25,7 +27,7 @@ namespace {
 
 using nlohmann::json;
 
-/// Moves an array out of the root object; returns an empty array if it is missing.
+/// Moves an array out of the root object. Returns an empty array if the root object lacks it.
 json take(json& gltf, const char* name) {
     const auto found = gltf.find(name);
     if (found == gltf.end()) return json::array();
@@ -34,7 +36,7 @@ json take(json& gltf, const char* name) {
     return result;
 }
 
-/// Moves a member out of every node, into an array with null for nodes without the member.
+/// Moves a member out of every node into an array. The array has null for nodes without the member.
 json takeFromNodes(json& gltf, const char* member) {
     json result = json::array();
     if (const auto nodes = gltf.find("nodes"); nodes != gltf.end()) {
@@ -47,8 +49,8 @@ json takeFromNodes(json& gltf, const char* member) {
     return result;
 }
 
-/// Returns file callbacks that find no file. tinygltf requires either all callbacks or none, and
-/// newer versions have one more.
+/// Returns file callbacks that find no file. tinygltf requires all callbacks or none; newer
+/// versions have one more callback.
 template <class Callbacks>
 Callbacks noFiles() {
     Callbacks files{};
@@ -66,8 +68,8 @@ Callbacks noFiles() {
     return files;
 }
 
-/// Returns the size of the block that malloc() allocates: one word of overhead, in steps of two
-/// words, at least four words (glibc).
+/// Returns the size of the block that glibc's malloc() allocates: one word more than requested,
+/// rounded up to two words, at least four words.
 constexpr std::uint64_t allocated(std::uint64_t bytes) {
     constexpr std::uint64_t kWord = sizeof(void*), kStep = 2 * kWord;
     return std::max(2 * kStep, (bytes + kWord + kStep - 1) / kStep * kStep);
@@ -78,12 +80,12 @@ constexpr std::uint64_t textBytes(std::uint64_t size) {
     return size > 15 ? allocated(size + 1) : 0;
 }
 
-/// Returns the memory of a vector whose storage has grown by doubling.
+/// Returns the memory of a vector that has grown by doubling its storage.
 constexpr std::uint64_t grownBytes(std::uint64_t elements, std::uint64_t size) {
     return elements == 0 ? 0 : allocated(std::bit_ceil(elements) * size);
 }
 
-/// Returns the number of JSON values in all objects with this name, including these objects.
+/// Returns the number of JSON values in all objects called `name`, counting these objects.
 std::uint64_t valuesIn(const json& value, const char* name, bool inside = false) {
     std::uint64_t values = inside ? 1 : 0;
     if (!value.is_structured()) return values;
@@ -104,7 +106,7 @@ std::uint64_t numberBytes(const json& value) {
 }
 
 /// Returns the heap memory of tinygltf's model of this JSON, without strings. The factor 3/2 covers
-/// a vector that is doubling its storage, because the old storage is still allocated.
+/// a vector that is doubling its storage while the old storage is still allocated.
 std::uint64_t modelBytes(const json& gltf) {
     constexpr std::pair<const char*, std::uint64_t> kElements[] = {
         {"nodes", sizeof(tinygltf::Node)},
@@ -133,7 +135,8 @@ std::uint64_t modelBytes(const json& gltf) {
     return bytes;
 }
 
-/// Moves the `indices` of all primitives out of the JSON, grouped by mesh.
+/// Moves the `indices` of all primitives out of the JSON. Returns them by mesh and primitive; −1 if
+/// missing.
 std::vector<std::vector<int>> takeIndices(json& gltf) {
     std::vector<std::vector<int>> indices;
     const auto meshes = gltf.find("meshes");
@@ -157,16 +160,17 @@ void eraseAll(json& value, const char* name) {
 }
 
 tinygltf::Model parseModel(json gltf, GltfDocument& document, const std::string& path) {
-    // tinygltf reads and decodes all buffers and images, even from the current folder; it requires
+    // tinygltf reads and decodes all buffers and images, even from the current folder. It requires
     // a buffer view for every index accessor, fails on unusual animations or lights, and takes ten
-    // times the memory for unused extras. So keep all of these from tinygltf. The caller has
-    // removed the arrays; the code here removes the rest.
+    // times the memory for unused extras. So tinygltf gets none of these. The caller has removed
+    // the arrays; remove the rest here.
     gltf.erase("extensions");
     eraseAll(gltf, "extras");
     const std::vector<std::vector<int>> indices = takeIndices(gltf);
     const std::uint64_t of_model = modelBytes(gltf);
     const std::string text = dumpJson(std::exchange(gltf, {}));
-    // Strings are in memory twice: in tinygltf's JSON and, without their keys, in its model.
+    // Strings are in memory twice: tinygltf's JSON holds all strings, its model all strings except
+    // keys.
     document.memory.allow(of_model + parsedBytes(text) + text.size(), path);
     if (text.size() > std::numeric_limits<unsigned int>::max())
         throw Error(ErrorKind::kInput, "the JSON has more than 4 GiB", path,
@@ -224,8 +228,8 @@ void readBuffers(GltfDocument& document, const json& buffers, const GltfContaine
         if (!isMeshoptFallback(buffers[i])) readBuffer(document, buffers, i, container);
 }
 
-/// Decodes the compressed views. If decoding fails, uses the view's uncompressed fallback, if
-/// present, unless options.strict is set.
+/// Decodes the compressed views. If decoding fails, uses the view's uncompressed fallback. Throws
+/// the error if there is no fallback or if options.strict is set.
 void decompressViews(GltfDocument& document, const json& views, const json& buffers,
                      const GltfContainer& container, const GltfOptions& options) {
     for (const MeshoptProblem& problem : decodeMeshoptViews(views, document, options)) {
@@ -236,7 +240,7 @@ void decompressViews(GltfDocument& document, const json& views, const json& buff
             try {
                 readBuffer(document, buffers, buffer, container);
             } catch (const Error&) {
-                throw problem.error;  // report the cause, not the failure of the fallback
+                throw problem.error;  // report the original error, not the failure of the fallback
             }
         }
         if (document.buffers[buffer].empty()) throw problem.error;
@@ -284,7 +288,7 @@ std::uint64_t parsedBytes(std::string_view text) {
     constexpr std::uint64_t kObject = allocated(sizeof(json::object_t));
     constexpr std::uint64_t kMember = allocated(kTreeNode + sizeof(json::object_t::value_type));
     std::uint64_t bytes = 0, largest = 0, longest = 0;
-    // For each open array or object, the number of its elements before the current comma.
+    // For each open array or object, the number of elements before the current element.
     std::vector<std::uint64_t> elements;
     std::size_t quote = text.npos;  // position of the open string's quotation mark
     for (std::size_t i = 0; i < text.size(); ++i) {
@@ -300,7 +304,7 @@ std::uint64_t parsedBytes(std::string_view text) {
         } else if (c == ',' && !elements.empty()) {
             ++elements.back();
         } else if (c == ':') {
-            bytes += kMember - kText;  // kMember includes the key's text
+            bytes += kMember - kText;  // kMember includes the key's string
         } else if (c == '{' || c == '[') {
             bytes += c == '[' ? kArray : kObject;
             elements.push_back(0);
@@ -360,7 +364,7 @@ void loadGltfDocument(GltfDocument& document, const std::filesystem::path& path,
     json gltf = parseGltfJson(container.json, name);
     checkGltfVersion(gltf, name, document.warnings);
     checkRequiredExtensions(gltf, options.ignored_extensions);
-    // Check the memory first, because checking millions of nodes would take seconds.
+    // Check the memory before the schema, because checking millions of nodes would take seconds.
     if (const auto nodes = gltf.find("nodes"); nodes != gltf.end() && nodes->is_array())
         document.memory.allow(nodes->size() * (sizeof(tinygltf::Node) + sizeof(Node)), name);
     checkGltfSchema(gltf);
@@ -376,8 +380,7 @@ void loadGltfDocument(GltfDocument& document, const std::filesystem::path& path,
     document.node_extras = takeFromNodes(gltf, "extras");
     document.variants = readVariantNames(gltf);
     const json views = gltf.value("bufferViews", json::array());
-    // The remaining JSON is serialised again, into a string that doubles its storage when it is
-    // full.
+    // The remaining JSON is serialised again, into a string that grows by doubling its storage.
     document.memory.allow(2 * container.json.size(), name);
     document.model = parseModel(std::move(gltf), document, name);
     checkGltfCameras(document.model);

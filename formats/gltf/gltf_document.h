@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A glTF file in memory: its model, with all indices checked, and its buffers.
+// A glTF file in memory: its buffers, and its model with all indices checked.
 #pragma once
 
 #include <tiny_gltf.h>
@@ -30,18 +30,18 @@ struct GltfDocument {
     GltfDocument(const GltfDocument&) = delete;
     GltfDocument& operator=(const GltfDocument&) = delete;
 
-    /// tinygltf's model without buffers, images, animations, skins and node extensions, which the
-    /// members below hold.
+    /// tinygltf's model without buffers, images, animations, skins and node extensions, which have
+    /// their own members below.
     tinygltf::Model model;
-    nlohmann::json animations, skins;  ///< the file's JSON arrays, which have been checked
+    nlohmann::json animations, skins;  ///< JSON arrays, which have been checked
     nlohmann::json node_extensions;    ///< JSON array: an object or null for each node
     nlohmann::json node_extras;        ///< JSON array: any value or null for each node
 
-    /// The bytes of each buffer, exactly `byteLength`; empty for buffers without a URI and for
-    /// placeholders of decompressed data.
+    /// The bytes of each buffer, exactly `byteLength`; empty for buffers without a URI (except the
+    /// binary chunk) and for placeholders of decompressed data.
     std::vector<std::span<const std::uint8_t>> buffers;
 
-    /// The decoded bytes of each compressed buffer view, which override those in `buffers`; empty
+    /// The decoded bytes of each compressed buffer view, used instead of those in `buffers`; empty
     /// for other views. May have fewer elements than the list of views.
     std::vector<std::span<const std::uint8_t>> decoded_views;
 
@@ -68,23 +68,24 @@ struct GltfDocument {
     std::deque<std::vector<std::uint8_t>> storage;
 
     void warn(const Text& sentence, const Text& where = {}) { warnings.warn(sentence, where); }
-    /// Keeps a file's bytes, adds them to the hash, and returns them.
+    /// Stores a file's bytes in `storage`, adds them to the hash, and returns them.
     std::span<const std::uint8_t> keep(std::vector<std::uint8_t> bytes);
-    /// Returns the bytes at a URI. Reads them once per URI, through GltfFolder, and keeps them.
+    /// Returns the bytes at a URI. Reads a file once, through GltfFolder, and keeps its bytes.
     /// `where` is the JSON pointer of the URI.
     std::span<const std::uint8_t> readUri(const std::string& uri, const std::string& where);
 
     ReadingMemory memory;
 
   private:
-    std::map<std::string, std::span<const std::uint8_t>> read_;  ///< bytes of each URI read so far
+    /// Bytes of each file read so far, by URI.
+    std::map<std::string, std::span<const std::uint8_t>> read_;
 };
 
 /// Returns the memory, in bytes, that parsing a JSON text takes. Strings, arrays and objects (maps)
-/// are allocated separately from their values, and the members of objects are nodes of a red-black
-/// tree. When the largest array is freed, its values move into a list whose storage doubles, so it
-/// is briefly in memory three times. The parser holds the longest string in two buffers: raw, and
-/// as shown in messages.
+/// are allocated separately from their values; the members of objects are nodes of a red-black
+/// tree. When the largest array is freed, its values move into a list that doubles its storage, so
+/// the values are briefly in memory three times. The parser holds the longest string in two
+/// buffers: the raw text, and the text for messages.
 std::uint64_t parsedBytes(std::string_view text);
 
 /// Reads the file and all files of its buffers into `document`, which must have been constructed

@@ -33,11 +33,11 @@ struct Attribute {
     }
 };
 
-/// The inputs of a decoding. Primitives with equal requests share the result.
+/// The inputs of a decoding. Primitives with equal requests share the decoded mesh.
 struct Request {
     int buffer_view = -1;
     std::vector<Attribute> attributes;
-    int indices = -1;   ///< accessor of the indices; −1 if there are none
+    int indices = -1;   ///< accessor of the indices; −1 without indices
     int position = -1;  ///< accessor of the positions
     int mode = kTriangles;
     bool operator<(const Request& other) const {
@@ -83,7 +83,7 @@ class DracoReader {
             std::vector<tinygltf::Primitive>& primitives = document_.model.meshes[i].primitives;
             for (std::size_t j = 0; j < primitives.size(); ++j) {
                 const auto extension = primitives[j].extensions.find(kDracoExtension);
-                // Primitives without positions are skipped later.
+                // A later step skips primitives without positions.
                 if (extension == primitives[j].extensions.end() ||
                     !primitives[j].attributes.contains("POSITION"))
                     continue;
@@ -114,8 +114,8 @@ class DracoReader {
         request.position = primitive.attributes.at("POSITION");
         request.mode = primitive.mode;
         const tinygltf::Value& ids = extension.Get("attributes");
-        // Compressed attributes that the primitive does not list have no accessor, so they cannot
-        // be used.
+        // Compressed attributes that the primitive does not list have no accessor, so nothing can
+        // use them.
         for (const auto& [name, index] : primitive.attributes)
             if (ids.Has(name))
                 request.attributes.push_back(
@@ -129,13 +129,13 @@ class DracoReader {
             request.indices >= 0 ? accessor(request.indices).count : points;
         const std::uint64_t strip = corners < 2 ? 0 : corners - 2;
         const std::uint64_t faces = request.mode == kTriangles ? corners / 3 : strip;
-        // The limit on vertices is the number of triangle corners, not the declared count. Encoders
-        // drop degenerate triangles and sometimes declare a wrong number of vertices (Khronos' own
-        // 2CylinderEngine: 2012 in an accessor, 2019 in the data), so the decoded number is used.
+        // Allow as many vertices as triangle corners if this is more than the declared count.
+        // Encoders drop degenerate triangles, and some declare a wrong number of vertices (Khronos'
+        // own 2CylinderEngine: 2012 in an accessor, 2019 in the data).
         return {faces, std::max(points, 3 * faces), dracoSeconds(faces)};
     }
 
-    /// Checks the sizes of all results. Returns their sum in bytes.
+    /// Checks the total size of all results against the limits. Returns this size in bytes.
     std::uint64_t checkSizes() const {
         SizeLimit limit("the decompressed geometry needs", options_.max_geometry_bytes);
         for (const DracoJob& job : jobs_) {
@@ -148,8 +148,7 @@ class DracoReader {
                                static_cast<std::uint64_t>(tinygltf::GetNumComponentsInType(
                                    static_cast<std::uint32_t>(info.type)));
             }
-            // The product is computed in double, because the product of counts up to 2^53 (schema)
-            // could overflow.
+            // Computed in double: the product of counts up to 2^53 (schema) could overflow.
             const double needed =
                 12.0 * static_cast<double>(limits.faces) +
                 static_cast<double>(point_bytes) * static_cast<double>(limits.points);
@@ -160,12 +159,13 @@ class DracoReader {
         return limit.taken();
     }
 
-    /// Returns the limit on total CPU time, in microseconds: four times the time for the most
-    /// expensive meshes with this number of distinct compressed bytes. Limits per mesh are not
-    /// enough, since many primitives may refer to the same bytes.
+    /// Returns the limit on the total CPU time, in microseconds: four times the time that the most
+    /// expensive meshes take, given the size of the compressed data. Data that several primitives
+    /// share counts only once. Limits per mesh would not be enough, since many primitives may share
+    /// data.
     std::uint64_t mostTime() const {
         constexpr std::uint64_t kFirst = 500'000, kEach = 20'000, kByte = 64;
-        // Size of each compressed view, by the address of its first byte.
+        // The size of each compressed view. The key is the address of its first byte.
         std::map<const std::uint8_t*, std::size_t> sizes;
         for (const DracoJob& job : jobs_) {
             const tinygltf::BufferView& view =
@@ -184,7 +184,7 @@ class DracoReader {
     /// Returns the memory limit, in bytes, of each decoder. `decoded` bytes of the budget are
     /// reserved for results.
     std::uint64_t mostMemory(std::uint64_t decoded) const {
-        // Enough memory to start and to report a failure.
+        // Enough to start the decoder and to report a failure.
         constexpr std::uint64_t kLeast = 32U << 20U;
         if (document_.memory.budget() == 0) return std::numeric_limits<std::uint64_t>::max();
         std::uint64_t left = document_.memory.left();
@@ -193,9 +193,9 @@ class DracoReader {
         return std::max(left / at_once, kLeast);
     }
 
-    /// Decodes all jobs. Throws the problem of the first job, in the order of jobs, that has no
-    /// fallback. Skips the jobs after it, because each of thousands of hostile primitives could
-    /// take its full time limit.
+    /// Decodes all jobs. If jobs fail without a fallback, throws the problem of the first such job
+    /// in the order of jobs. Skips the jobs after it, because each of thousands of hostile
+    /// primitives could take its full time limit.
     void decodeAll(std::uint64_t decoded) {
         const AccessorReader accessors(document_);
         most_microseconds_ = mostTime();
@@ -244,7 +244,8 @@ class DracoReader {
         }
     }
 
-    /// Adds an accessor to these bytes, which the document keeps. Returns the accessor's index.
+    /// Adds an accessor to these bytes, and keeps them in the document. Returns the accessor's
+    /// index.
     int addAccessor(std::vector<std::uint8_t> bytes, tinygltf::Accessor info) {
         document_.decoded_views.resize(document_.model.bufferViews.size());
         tinygltf::BufferView view;
@@ -287,7 +288,7 @@ class DracoReader {
     void replace(tinygltf::Primitive& primitive, const DracoJob& job) {
         if (job.problem) {
             std::string why = job.problem->what();
-            if (why.ends_with('.')) why.pop_back();  // libdraco's messages may end in a dot
+            if (why.ends_with('.')) why.pop_back();  // libdraco's messages may end in a full stop
             document_.warn("The uncompressed fallback is used because of an error at " + job.where +
                            ": " + why + ".");
             return;

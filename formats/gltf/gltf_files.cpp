@@ -25,7 +25,7 @@ int hexDigit(char c) {
     return -1;
 }
 
-/// Decodes percent-encoding. Keeps a '%' without two hexadecimal digits after it, since some
+/// Decodes percent-encoding. Keeps a '%' that is not followed by two hexadecimal digits, since some
 /// exporters do not encode '%'.
 std::string percentDecoded(std::string_view text) {
     std::string result;
@@ -104,7 +104,7 @@ std::vector<std::uint8_t> decodeBase64(std::string_view text, const std::string&
     return result;
 }
 
-/// Returns the name without quotation marks, and with slashes instead of backslashes.
+/// Returns the name without enclosing quotation marks, with slashes instead of backslashes.
 std::string withSlashes(std::string_view name) {
     if (name.size() >= 2 && name.front() == '"' && name.back() == '"')
         name = name.substr(1, name.size() - 2);
@@ -119,7 +119,8 @@ bool hasDrive(std::string_view name) {
            (name[2] == '/' || name[2] == '\\');
 }
 
-/// Returns the path in a URI, percent-decoded, or nothing for any scheme but file.
+/// Returns the path in a URI, percent-decoded, or no value if the URI has a scheme other than
+/// "file".
 std::optional<std::string> pathOf(std::string_view uri) {
     if (startsWithIgnoringCase(uri, "file:")) {
         uri.remove_prefix(5);
@@ -171,11 +172,11 @@ struct GltfFolder::Named {
 struct GltfFolder::Found {
     fs::path file;                   ///< canonical path; empty if the file may not be read
     std::optional<Error> problem{};  ///< the reason why the file may not be read
-    /// Name, in the folder, of the file that is used instead; "" if none.
+    /// Name, in the folder, of the file that is used if `name` does not exist; "" otherwise.
     std::string in_place{};
 };
 
-/// Returns the path of a name relative to the folder, even if it does not exist. Throws Error
+/// Returns the path of a name that is relative to the folder. The file need not exist. Throws Error
 /// (kInput) without `where` if access is not allowed.
 fs::path GltfFolder::allowed(const fs::path& name) const {
     const auto refuse = [](const std::string& why) {
@@ -204,7 +205,7 @@ fs::path GltfFolder::allowed(const fs::path& name) const {
     return file;
 }
 
-/// Returns the names in a subfolder, indexed by their lower case.
+/// Returns the names in a subfolder. The keys are the names in lower case.
 const GltfFolder::Listing& GltfFolder::listing(const fs::path& folder) const {
     const auto [known, is_new] = listings_.try_emplace(folder);
     if (!is_new) return known->second;
@@ -216,9 +217,8 @@ const GltfFolder::Listing& GltfFolder::listing(const fs::path& folder) const {
     return known->second;
 }
 
-/// Finds the regular file with this name, which is relative to the scene's folder and must not
-/// contain "..". Differences between upper and lower case are ignored if this leaves only one
-/// match. Returns the path with the case on disk.
+/// Finds a regular file by its name relative to the scene's folder; the name must not contain "..".
+/// Ignores case if only one file then matches. Returns the name as spelt on disk.
 std::optional<fs::path> GltfFolder::present(const fs::path& name) const {
     fs::path found = ".";
     for (const fs::path& component : name) {
@@ -236,8 +236,9 @@ std::optional<fs::path> GltfFolder::present(const fs::path& name) const {
     return {};
 }
 
-/// Returns the file that matches the longest trailing part of a name's path. Searches the name's
-/// own folder first, then the scene's.
+/// Returns the file that matches as many components at the end of the name's path as possible. For
+/// each number of components, searches the name's own folder (Named::from) before the scene's
+/// folder.
 std::optional<fs::path> GltfFolder::withSameEnd(const Named& named) const {
     constexpr std::size_t kMostComponents = 16;
     std::vector<fs::path> components;

@@ -17,31 +17,31 @@ namespace peeler {
 
 bool isDataUri(std::string_view uri);
 
-/// White space that base64 may contain, because MIME breaks base64 into lines. Browsers also skip
-/// white space.
+/// White space that base64 may contain: MIME breaks base64 into lines. Browsers also skip white
+/// space.
 inline constexpr const char* kBase64Space = " \t\r\n";
 
 /// Returns the bytes of a `data:` URI (RFC 2397), base64 or percent-encoded, of any media type.
-/// Throws Error (kInput) with `where` if it is malformed.
+/// Throws Error (kInput) with `where` if the URI is malformed.
 std::vector<std::uint8_t> decodeDataUri(std::string_view uri, const std::string& where);
 
 /// The sandbox for the URIs in a glTF file and the file names in other scenes. An untrusted scene
-/// must not read the user's other files, so absolute paths are rejected, as are ".." and symbolic
-/// links that lead out of the folder. The user can allow these, but the file must always be regular
-/// and within the size limit.
+/// must not read the user's other files. So absolute paths, "..", and symbolic links that lead out
+/// of the folder are rejected unless the user allows them. Files must always be regular and within
+/// the size limit.
 ///
 /// Scenes often arrive without their original folder structure. If a name does not lead to a
-/// readable file, the folder is searched for the longest trailing part of the name's path:
-/// "textures/a.png" or "a.png" for "C:\Users\me\textures\A.PNG". Case is ignored if only one file
-/// matches. A warning names the file that is used instead. Not thread-safe.
+/// readable file, the folder is searched for the end of the name's path, longest first:
+/// "textures/a.png", then "a.png", for "C:\Users\me\textures\A.PNG". Case is ignored if only one
+/// file then matches. A warning names the file that is used instead. Not thread-safe.
 class GltfFolder {
   public:
     /// Opens the sandbox for the folder of this scene file.
     GltfFolder(const std::filesystem::path& scene_file, std::uint64_t max_file_bytes,
                bool allow_outside = false);
 
-    /// Returns the path of a URI, percent-decoded (RFC 3986), even if the file does not exist.
-    /// Returns nothing for a data: URI, or if the path leads out of the folder without permission.
+    /// Returns the path of a URI, percent-decoded (RFC 3986). The file need not exist. Returns no
+    /// value for a data: URI, or if the path leads out of the folder without permission.
     std::optional<std::filesystem::path> find(const std::string& uri) const;
 
     /// Returns the bytes of a URI's file. Throws Error (kInput) with `where`, the JSON pointer of
@@ -49,12 +49,12 @@ class GltfFolder {
     std::vector<std::uint8_t> read(const std::string& uri, const std::string& where,
                                    ReadWarnings& warnings) const;
 
-    /// Returns the path like find(), but for a plain file name as programs write it: quoted or not,
+    /// Returns the path as find() does, but for a plain file name: with or without quotation marks,
     /// with slashes or backslashes. The name is relative to `from`, a subfolder; "" means the
     /// folder itself.
     std::optional<std::filesystem::path> findFile(const std::string& name,
                                                   const std::string& from = {}) const;
-    /// Returns a file's name relative to the folder.
+    /// Returns the name, relative to the folder, of the file that readFile() reads for `name`.
     std::string nameOf(const std::string& name) const;
     std::vector<std::uint8_t> readFile(const std::string& name, const std::string& from,
                                        const std::string& where, ReadWarnings& warnings) const;

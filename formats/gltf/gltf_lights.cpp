@@ -74,7 +74,7 @@ Light readLight(const json& source, LightType type, const std::string& where) {
 }  // namespace
 
 void readGltfLights(const json& gltf, GltfDocument& document) {
-    // The document's index of each light in the file; −1 for skipped lights.
+    // For each light in the file, its index in document.lights; −1 for skipped lights.
     std::vector<int> read;
     if (const json::json_pointer lights(kLights); gltf.contains(lights)) {
         for (const json& source : gltf[lights]) {

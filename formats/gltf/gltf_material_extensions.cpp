@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// glTF material extensions. Each has a function and a row in the table.
+// glTF material extensions: a function and a row in the table for each.
 #include "formats/gltf/gltf_parts.h"
 
 #include <algorithm>
@@ -176,7 +176,7 @@ void readMaterialExtensions(const tinygltf::Material& source, const std::string&
             Members(*extension, where + "/extensions/" + reader.name, document, read_texture),
             material);
     }
-    // If a factor is zero, its textures need not be decoded.
+    // If a factor is zero, the extension's textures need not be decoded.
     Material none;
     if (material.clearcoat.factor == 0) material.clearcoat = none.clearcoat;
     if (material.sheen.color == glm::vec3(0)) material.sheen = none.sheen;

@@ -19,8 +19,8 @@
 namespace peeler {
 namespace {
 
-/// Reads a numeric array. Leaves `numbers` unchanged if it is missing. The schema check has checked
-/// type and length.
+/// Reads a numeric array. Leaves `numbers` unchanged if the array is missing. The schema check has
+/// checked type and length.
 template <std::size_t n>
 void readNumbers(const tinygltf::Value& object, const char* name, std::array<double, n>& numbers) {
     if (!object.Has(name)) return;
@@ -105,8 +105,8 @@ class MaterialReader {
         return out;
     }
 
-    /// Clamps a factor to 0–1, the range in §5.19 and §5.22. Other values would make alpha and the
-    /// composites meaningless.
+    /// Clamps a factor to 0–1 (§5.19, §5.22). Alpha and composites would be meaningless with other
+    /// values.
     float factor(double value, const std::string& where) {
         if (value < 0 || value > 1)
             document_.warn("The material " + where +
@@ -115,7 +115,8 @@ class MaterialReader {
         return static_cast<float>(std::clamp(value, 0.0, 1.0));
     }
 
-    /// Converts a texture reference. `Info` is one of tinygltf's three types of references.
+    /// Converts a texture reference. `Info` is tinygltf's TextureInfo, NormalTextureInfo or
+    /// OcclusionTextureInfo.
     template <typename Info>
     TextureRef texture(const Info& info, const std::string& where) {
         TextureRef out;
@@ -140,8 +141,9 @@ class MaterialReader {
         return out;
     }
 
-    /// Returns the index in scene.images of the texture's image. An extension's image, in a format
-    /// that peeler decodes, takes precedence over the core image, which becomes its fallback.
+    /// Returns the index of the texture's image in used_images_. An extension's image in a format
+    /// that peeler decodes takes precedence over the texture's own image, which becomes the
+    /// fallback. Returns −1, with a warning, if there is no image.
     int imageOf(const tinygltf::Texture& source, const std::string& where) {
         for (const char* name : {"EXT_texture_webp", "KHR_texture_basisu"})
             if (const auto* extension = findExtension(source.extensions, name);
@@ -166,8 +168,8 @@ class MaterialReader {
         return -1;
     }
 
-    /// Returns the index in scene.images of an image of the file. The first call for an image
-    /// assigns the index, so unused images have no index.
+    /// Returns the index in used_images_ of an image of the file. The first call for an image adds
+    /// it.
     int sceneImage(int image, int fallback = -1) {
         int& place = places_[static_cast<std::size_t>(image)];
         if (place < 0) {
@@ -203,8 +205,8 @@ class MaterialReader {
 
     /// Decodes the images of used_images_ from index `first` on.
     void decodeFrom(std::size_t first) {
-        // Files are read in order, because the hash depends on the order. Decoding is slow, so it
-        // runs in parallel.
+        // Read files in order, because the hash depends on the order. Decode in parallel, because
+        // decoding is slow.
         decoded_.resize(used_images_.size());
         std::vector<std::span<const std::uint8_t>> bytes(used_images_.size());
         for (std::size_t i = first; i < used_images_.size(); ++i) {
@@ -237,7 +239,7 @@ class MaterialReader {
 
     void decodeImages() {
         decodeFrom(0);
-        // The failures of the first pass show which fallbacks are needed.
+        // Only the images that failed to decode need their fallbacks.
         const std::size_t count = used_images_.size();
         std::vector<int> stand_ins(count, -1);
         for (std::size_t i = 0; i < count; ++i)
@@ -280,7 +282,7 @@ class MaterialReader {
                 }
     }
 
-    /// Warns if an image declares another colour space than the material needs. The material's need
+    /// Warns if an image declares a colour space other than that of its use in a material. The use
     /// takes precedence.
     void checkColors(std::size_t used, bool srgb) {
         const std::optional<bool> stored = decoded_[used].texture.srgb;
@@ -299,12 +301,12 @@ class MaterialReader {
     GltfDocument& document_;
     const GltfOptions& options_;
     Scene& scene_;
-    /// The document's index of each used image, in order of first use.
+    /// Indices in document_.images of the used images, in order of first use.
     std::vector<int> used_images_;
-    /// For each used image, the document's index of its fallback; −1 for none.
+    /// For each used image, the index in document_.images of its fallback; −1 without a fallback.
     std::vector<int> fallbacks_;
-    std::vector<Decoded> decoded_;  ///< decoded form of each used image
-    std::vector<int> places_;       ///< index in used_images_ of each image of the document
+    std::vector<Decoded> decoded_;  ///< for each used image
+    std::vector<int> places_;       ///< for each image of the document, its index in used_images_
 };
 
 }  // namespace

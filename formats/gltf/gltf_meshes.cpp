@@ -20,7 +20,8 @@ constexpr int kByte = 5120, kUnsignedByte = 5121, kShort = 5122, kUnsignedShort 
               kFloat = 5126;
 
 // Formats that glTF 2.0 §3.7.2.1 and KHR_mesh_quantization allow. Positions may have the types of
-// KHR_mesh_quantization even if a file does not declare it, since these types are unambiguous.
+// KHR_mesh_quantization even if a file does not declare the extension, since these types are
+// unambiguous.
 const AccessorFormat kPosition = {{3},
                                   {{kFloat},
                                    {kByte},
@@ -49,7 +50,7 @@ const AccessorFormat kColorDisplacement = {
 
 constexpr const char* kQuantization = "KHR_mesh_quantization";
 
-/// Calls body(array) for every array with one element per vertex; arrays may be empty.
+/// Calls body(array) for every array with one element per vertex. Arrays may be empty.
 template <class SomePrimitive, class Body>
 void forEachVertexArray(SomePrimitive& primitive, const Body& body) {
     body(primitive.positions);
@@ -89,7 +90,7 @@ class PrimitiveReader {
           where_(std::move(where)),
           budget_(budget) {}
 
-    /// Reads the primitive. Returns false if it draws nothing.
+    /// Reads the primitive. Returns false, with a warning, if the primitive draws nothing.
     bool read(Primitive& out) {
         const auto position = source_.attributes.find("POSITION");
         if (position == source_.attributes.end()) {
@@ -125,8 +126,8 @@ class PrimitiveReader {
   private:
     using Attributes = std::map<std::string, int>;
 
-    /// Returns the values of an attribute of `from`; empty if it is missing. `where` is the JSON
-    /// pointer of `from`.
+    /// Returns the values of an attribute of `from`, or an empty list if the attribute is missing.
+    /// `where` is the JSON pointer of `from`.
     std::vector<float> numbers(const Attributes& from, const std::string& where,
                                const std::string& name, const AccessorFormat& format,
                                int& components) {
@@ -138,8 +139,8 @@ class PrimitiveReader {
                          " elements, but POSITION has " + std::to_string(vertex_count_),
                      use);
         components = accessors_.components(found->second);
-        // Check the budget for the result, too: many primitives may refer to an accessor without
-        // data, which takes no bytes in the file.
+        // Check the budget for the result, too: many primitives may refer to the same accessor
+        // without data, which takes no bytes in the file.
         least_bytes_ +=
             used_.count * static_cast<std::uint64_t>(components) * sizeof(std::uint16_t);
         budget_.check(least_bytes_,
@@ -200,7 +201,7 @@ class PrimitiveReader {
         document_.warn("The attribute " + place + ' ' + what + '.', place);
     }
 
-    /// Repairs values on which shading relies, with a warning.
+    /// Repairs values that would harm shading, with a warning.
     void mend(Primitive& out) {
         constexpr const char* kNotUnit =
             "has vectors that are not of unit length (ACCESSOR_VECTOR3_NON_UNIT); they are "
@@ -219,8 +220,8 @@ class PrimitiveReader {
                    "(ACCESSOR_WEIGHTS_NON_NORMALIZED); they are scaled");
     }
 
-    /// Warns about attributes that glTF does not define, and about JOINTS_n and WEIGHTS_n whose
-    /// numbers are not consecutive.
+    /// Warns about attributes that glTF does not define, and about JOINTS_n and WEIGHTS_n beyond
+    /// the first gap in n.
     void checkNames(const Attributes& attributes, const std::string& where,
                     std::size_t joint_sets) {
         for (const auto& [name, accessor] : attributes) {
@@ -295,8 +296,7 @@ class PrimitiveReader {
     }
 
     /// Restricts reading to the vertices from the lowest to the highest index. Exporters often give
-    /// all primitives the same large vertex array, of which each uses a part. Copying the whole
-    /// array for every primitive would be wasteful.
+    /// all primitives the same large vertex array, although each primitive uses only a part.
     void keepUsedVertices(std::vector<std::uint32_t>& indices) {
         const auto [first, last] = std::minmax_element(indices.begin(), indices.end());
         used_ = {*first, std::size_t{*last} - *first + 1};
@@ -305,8 +305,8 @@ class PrimitiveReader {
             index -= static_cast<std::uint32_t>(used_.first);
     }
 
-    /// Drops trailing vertices that do not make up a whole point, line or triangle, as §3.7.2.1
-    /// requires. Returns false if nothing is left to draw.
+    /// Drops trailing vertices that do not complete a line or triangle, as §3.7.2.1 requires.
+    /// Returns false if nothing is left to draw.
     bool dropIncomplete(Primitive& out) {
         const std::size_t count = out.indices.empty() ? used_.count : out.indices.size();
         std::size_t usable = count, least = 1;
@@ -355,7 +355,7 @@ class PrimitiveReader {
     ElementRange used_;  ///< range of the vertices to read
 };
 
-using UvSets = std::array<bool, 2>;  ///< whether any texture uses each of the UV sets
+using UvSets = std::array<bool, 2>;  ///< for each UV set, whether any texture uses it
 
 std::vector<UvSets> uvSetsOf(const std::vector<Material>& materials) {
     std::vector<UvSets> sets;
@@ -367,7 +367,7 @@ std::vector<UvSets> uvSetsOf(const std::vector<Material>& materials) {
     return sets;
 }
 
-/// Warns about textures that need texture coordinates that the primitive lacks.
+/// Warns if the primitive lacks texture coordinates for the textures of its materials.
 void checkTexcoords(const Primitive& primitive, const std::vector<UvSets>& uv_sets,
                     const std::string& where, GltfDocument& document) {
     std::vector<int> materials = primitive.variants;

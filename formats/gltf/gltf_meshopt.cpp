@@ -14,11 +14,11 @@ namespace {
 
 using nlohmann::json;
 
-// Both extensions have the same JSON. A view must not have both. If it does, the first one here is
-// used: EXT, the older extension, can always be decoded.
+// The two extensions have the same JSON. A view must not have both. If a view has both, EXT, the
+// older extension, is used, since it can always be decoded.
 constexpr const char* kExtensions[] = {"EXT_meshopt_compression", "KHR_meshopt_compression"};
 
-/// Returns the extension of `owner` with this name, or null if it is missing.
+/// Returns the extension of `owner` with this name, or null.
 const json* extensionOf(const json& owner, const char* name) {
     const auto extensions = owner.find("extensions");
     if (extensions == owner.end()) return nullptr;
@@ -35,7 +35,7 @@ struct MeshoptJob {
     std::optional<Error> problem;
 };
 
-/// Returns the error with `where` as its place, since the codec does not know the place.
+/// Returns the error with `where` if the error names no place: the codec does not know the place.
 Error placed(const Error& error, const std::string& where) {
     return error.at(error.where().empty() ? where : error.whereText());
 }

@@ -22,8 +22,8 @@ using nlohmann::json;
 constexpr const char* kInstancing = "EXT_mesh_gpu_instancing";
 constexpr const char* kVisibility = "KHR_node_visibility";
 
-// The total bytes per instance: its matrix, its entries in the scene and in the draw list, and its
-// GPU data.
+// The total memory per instance: the matrix, the entries in the scene and in the draw list, and the
+// GPU data, in bytes.
 constexpr std::uint64_t kInstanceBytes = 4 * sizeof(glm::dmat4);
 
 const AccessorFormat kInstanceVector = {{3}, {{5126}}};
@@ -39,7 +39,7 @@ glm::dmat4 matrixOf(const Number* values) {
     return result;
 }
 
-/// Returns the extras whose value is a string, number or boolean (§3.2, extras).
+/// Returns the extras whose value is a string, number or boolean (§3.2).
 std::vector<std::pair<std::string, std::string>> scalarsOf(const json& extras) {
     std::vector<std::pair<std::string, std::string>> scalars;
     if (!extras.is_object()) return scalars;
@@ -65,8 +65,7 @@ std::size_t jointsOf(const Mesh& mesh) {
     return end;
 }
 
-/// Returns the bytes of a primitive's texture coordinates and colours, if morph targets displace
-/// them.
+/// Returns the bytes of a primitive's texture coordinates and colours that morph targets displace.
 std::uint64_t displacedBytes(const Primitive& primitive) {
     std::array<std::uint64_t, 3> most{};
     for (const MorphTarget& target : primitive.targets) {
@@ -115,7 +114,8 @@ class NodeReader {
         return node;
     }
 
-    /// Reads the transform (§3.5.3): the matrix, if present, or translation · rotation · scale.
+    /// Reads the transform (§3.5.3): the matrix if there is one, else translation · rotation ·
+    /// scale.
     void place(const tinygltf::Node& source, const std::string& where, Node& node) {
         if (!source.matrix.empty()) {
             node.local = matrixOf(source.matrix.data());
@@ -194,15 +194,15 @@ class NodeReader {
         return result;
     }
 
-    /// Adds bytes to the total and checks the limit, since the nodes of even a small file may need
-    /// much memory.
+    /// Adds bytes to the total and checks the limit. The nodes of even a small file may need much
+    /// memory.
     void takeBytes(std::uint64_t bytes, const std::string& where) {
         limit_.take(bytes, where);
         document_.memory.allow(bytes, where);
     }
 
-    /// Returns the bytes of the node's own copy of the vertices if joints or morph targets deform
-    /// its mesh.
+    /// Returns the bytes of a node's own copy of the vertices; 0 unless joints or morph targets
+    /// deform its mesh.
     std::uint64_t deformedBytes(const Node& node) const {
         if (node.mesh < 0) return 0;
         std::uint64_t bytes = 0;
@@ -257,7 +257,7 @@ class NodeReader {
     GltfDocument& document_;
     Scene& scene_;
     AccessorReader accessors_;
-    std::vector<std::size_t> mesh_joints_;  ///< number of joints that each mesh requires
+    std::vector<std::size_t> mesh_joints_;  ///< for each mesh, the number of joints that it needs
     SizeLimit limit_;
 };
 

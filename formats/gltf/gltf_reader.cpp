@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reading of a glTF file step by step, with its scenes and cameras.
+// Reading of a glTF file step by step, including its scenes and cameras.
 #include "formats/gltf/gltf_reader.h"
 
 #include <algorithm>
@@ -17,7 +17,7 @@ void readScenes(const tinygltf::Model& model, Scene& scene) {
         scene.scenes.push_back({source.name, source.nodes});
     scene.default_scene = std::max(model.defaultScene, 0);
     if (!scene.scenes.empty()) return;
-    // A file without scenes is a library (§3.5.1). Show all of it.
+    // A file without scenes is a library (§3.5.1). Show all of its nodes.
     scene.scenes.push_back({"", rootsOf(scene.nodes)});
 }
 

@@ -11,10 +11,10 @@
 
 namespace peeler {
 
-/// Reads the scene. The content decides between JSON and binary. Coordinates stay as in the file
-/// (right-handed, +Y up, metres: glTF 2.0 §3.4). Every index, range and type is checked before use.
-/// Each unsupported optional extension becomes a sentence in Scene::warnings. Throws Error (kInput)
-/// with the path as `where` if the file as a whole is bad, else with a JSON pointer.
+/// Reads the scene. The file's content determines whether it is JSON or binary. Coordinates stay as
+/// in the file (right-handed, +Y up, metres: glTF 2.0 §3.4). Checks every index, range and type
+/// before use. For each unsupported optional extension, adds a sentence to Scene::warnings. Throws
+/// Error (kInput) with the path as `where` if the file as a whole is bad, else with a JSON pointer.
 Scene readGltf(const std::filesystem::path& path, const GltfOptions& options = {});
 
 /// A known glTF extension.

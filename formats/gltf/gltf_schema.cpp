@@ -17,7 +17,7 @@ namespace {
 
 using nlohmann::json;
 
-/// Returns the table's rows for the objects called `owner`.
+/// Returns the table's rows with this owner.
 const std::vector<const SchemaRow*>& schemaRowsOf(std::string_view owner) {
     static const auto rows = [] {
         std::map<std::string_view, std::vector<const SchemaRow*>> result;
@@ -43,8 +43,7 @@ class SchemaCheck {
   public:
     explicit SchemaCheck(json& root) : root_(root) {}
 
-    // The recursion is as deep as the nesting of the table. The nesting of the file does not
-    // matter.
+    // The depth of the recursion is limited by the nesting of the table, not of the file.
     void object(json& value, const std::string& pointer, std::string_view owner) {
         if (!value.is_object()) refuse(pointer, "must be an object", value);
         for (const SchemaRow* property : schemaRowsOf(owner)) {
@@ -152,7 +151,7 @@ class SchemaCheck {
         const double number = value.get<double>();
         if (!(std::fabs(number) <= std::numeric_limits<float>::max()))
             refuse(pointer, "must fit a 32-bit float", value);
-        // Convert large integers to floating point, because tinygltf would truncate them to int.
+        // tinygltf would truncate large integers to int, so convert them to floating point.
         if (value.is_number_integer() && std::fabs(number) > kIntMax) value = number;
     }
 
@@ -170,8 +169,8 @@ class SchemaCheck {
         if (value.is_number_float()) value = static_cast<std::uint64_t>(wanted);
     }
 
-    /// Returns the size of the array into which indices point. "extensions/NAME/arrays" means an
-    /// array in an extension.
+    /// Returns the size of an array in the root object. "extensions/NAME/arrays" means an array in
+    /// an extension.
     std::size_t sizeOf(std::string_view array_name) {
         const auto [known, is_new] = sizes_.try_emplace(array_name, 0);
         if (!is_new) return known->second;
@@ -216,7 +215,7 @@ class SchemaCheck {
     }
 
     json& root_;
-    /// Sizes of the root's arrays, cached because there may be millions of indices.
+    /// Sizes of the root object's arrays, cached because there may be millions of indices.
     std::map<std::string_view, std::size_t> sizes_;
 };
 
@@ -242,7 +241,7 @@ void checkAnimationSamplers(const json& animations) {
     }
 }
 
-/// Checks that sparse accessors do not replace more elements than they have (§5.2).
+/// Checks that sparse accessors do not replace more elements than the accessor has (§5.2).
 void checkSparseCounts(const json& accessors) {
     for (std::size_t i = 0; i < accessors.size(); ++i)
         if (const auto sparse = accessors[i].find("sparse"); sparse != accessors[i].end())
@@ -271,7 +270,7 @@ void failGltf(const Text& what, const Text& where, const Text& hint) {
 
 void checkGltfSchema(json& gltf) {
     SchemaCheck(gltf).object(gltf, "", "root");
-    // The following rules cannot be expressed in the table.
+    // Rules that the table cannot express.
     if (const auto views = gltf.find("bufferViews"); views != gltf.end()) checkStrides(*views);
     if (const auto accessors = gltf.find("accessors"); accessors != gltf.end())
         checkSparseCounts(*accessors);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Table of the glTF 2.0 JSON schema, with the properties that peeler reads, and its checker.
+// Table of the properties that peeler reads, from the glTF 2.0 JSON schema, and its checker.
 #pragma once
 
 #include <cstddef>
@@ -36,20 +36,22 @@ enum class SchemaKind {
     kNumberList,  ///< array with any number of numbers
     kInteger,     ///< integer from `min` to `max`
     kEnum,        ///< integer; `of` lists the allowed values
-    kIndex,       ///< index into an array, whose path from the root is `of`
+    kIndex,       ///< index into an array; `of` is the array's path from the root
     kIndices,     ///< array of indices
-    kIndexMap,    ///< object of indices
-    kIndexMaps,   ///< array of objects of indices
-    kIntegerMap,  ///< object of integers from `min` to `max`
-    kObject,      ///< object whose members are checked by the rows of owner `of`
+    kIndexMap,    ///< object whose members are indices
+    kIndexMaps,   ///< array of objects whose members are indices
+    kIntegerMap,  ///< object whose members are integers from `min` to `max`
+    kObject,      ///< object; the rows of owner `of` check its members
     kObjects,     ///< array of objects
-    kExtensions,  ///< object; members with a row, or with rows of "owner/name", are checked
+    /// Object of extensions; the rows of owners "name" and "owner/name" check each extension.
+    kExtensions,
 };
 
-inline constexpr double kAnySize = 9007199254740992.0;  // 2^53: exact in JSON numbers
+// 2^53: the limit of exact integers in JSON numbers.
+inline constexpr double kAnySize = 9007199254740992.0;
 inline constexpr double kIntMax = std::numeric_limits<int>::max();
 
-/// One member of a kind of object, and its requirements. `owner` is the kind, such as "node".
+/// A member of an object, and its requirements. `owner` is the kind of object, such as "node".
 struct SchemaRow {
     const char* owner;
     const char* name;
@@ -60,8 +62,8 @@ struct SchemaRow {
     double max = kAnySize;
 };
 
-/// Returns the table (gltf_schema_rows.cpp), from glTF 2.0 §5 and the extensions. It omits names
-/// and extras, which peeler does not need, so invalid names and extras are accepted.
+/// Returns the table (gltf_schema_rows.cpp), from glTF 2.0 §5 and the extensions. The table has no
+/// rows for names and extras, which peeler does not need, so invalid names and extras are accepted.
 std::span<const SchemaRow> schemaRows();
 
 }  // namespace peeler

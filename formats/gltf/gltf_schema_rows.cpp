@@ -7,7 +7,7 @@ namespace {
 
 using Kind = SchemaKind;
 
-// Sizes may be 0 here, although glTF's schema forbids it; warnOfEmptyParts() warns about them.
+// Sizes may be 0 here, although glTF's schema forbids it. warnOfEmptyParts() warns about them.
 constexpr SchemaRow kRows[] = {
     {"root", "asset", Kind::kObject, "asset", true},
     {"root", "extensionsUsed", Kind::kStrings},

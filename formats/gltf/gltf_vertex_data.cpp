@@ -9,7 +9,8 @@
 namespace peeler {
 namespace {
 
-/// The accepted deviation from unit length: twice the error of a component stored as a signed byte.
+/// The accepted deviation of a length from 1: twice the error of a component stored as a signed
+/// byte.
 constexpr double kStorageError = 0.02;
 
 bool isOne(double length) {

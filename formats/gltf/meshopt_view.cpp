@@ -22,9 +22,9 @@ namespace {
 
 constexpr std::uint64_t kGroup = 16;  // elements per group in the attribute codec
 
-/// Returns the minimum size in mode 0 (the extension's Appendix A): blocks of at most 8 KiB and 256
-/// elements, with two bits per group for every byte of an element; then the tail, which holds the
-/// first element.
+/// Returns the minimum size in mode 0 (Appendix A of the extension). Blocks have at most 8 KiB and
+/// 256 elements, and take at least two bits per group for every byte of an element. A tail follows,
+/// which holds the first element.
 std::uint64_t leastAttributeBytes(std::uint64_t count, std::uint64_t stride) {
     const std::uint64_t block = std::min<std::uint64_t>(8192 / stride / kGroup * kGroup, 256);
     const auto headers = [&](std::uint64_t elements) {
@@ -34,22 +34,22 @@ std::uint64_t leastAttributeBytes(std::uint64_t count, std::uint64_t stride) {
            std::max<std::uint64_t>(stride, 32);
 }
 
-/// Returns the minimum size in mode 1: a header, one byte per triangle, and a table of 16 bytes.
+/// Returns the minimum size in mode 1: a header, a byte per triangle, and a table of 16 bytes.
 std::uint64_t leastTriangleBytes(std::uint64_t count, std::uint64_t) {
     return 1 + count / 3 + 16;
 }
 
-/// Returns the minimum size in mode 2: a header, one byte per index, and four bytes of padding.
+/// Returns the minimum size in mode 2: a header, a byte per index, and four bytes of padding.
 std::uint64_t leastIndexBytes(std::uint64_t count, std::uint64_t) {
     return 1 + count + 4;
 }
 
 struct Mode {
     const char* name;
-    std::uint8_t header;   ///< high half of the first byte, which identifies the codec
+    std::uint8_t header;   ///< high half of the first byte; identifies the codec
     std::uint8_t version;  ///< newest version that the library decodes
     std::uint64_t (*least_bytes)(std::uint64_t count, std::uint64_t stride);
-    /// Decodes the stream. Returns 0 if it is valid.
+    /// Decodes the stream. Returns 0 if the stream is valid.
     int (*decode)(void* out, std::size_t count, std::size_t stride, const unsigned char* bytes,
                   std::size_t size);
 };
@@ -60,7 +60,7 @@ constexpr Mode kModes[] = {
     {"INDICES", 0xD0, 1, leastIndexBytes, meshopt_decodeIndexSequence},
 };
 
-/// Decodes filter 4 of KHR_meshopt_compression, Appendix B: YCoCg with K bits, and an alpha whose
+/// Decodes filter 4 of KHR_meshopt_compression (Appendix B): YCoCg with K bits, and an alpha whose
 /// highest set bit encodes K. The meshopt library lacks this filter before version 0.25.
 template <typename Unsigned, typename Signed>
 void decodeColors(std::uint8_t* bytes, std::size_t count) {
@@ -95,7 +95,7 @@ void decodeColorFilter(void* bytes, std::size_t count, std::size_t stride) {
 
 struct Filter {
     const char* name;
-    bool any_stride;  ///< if false, the next two members give the allowed strides
+    bool any_stride;  ///< if false, `four` and `eight` are the allowed strides
     bool four, eight;
     void (*decode)(void* bytes, std::size_t count, std::size_t stride);
 };

@@ -24,14 +24,14 @@ using namespace std::literals;
     throw Error(ErrorKind::kInput, what, "", hint);
 }
 
-/// A texture format, recognised by its magic bytes. (OpenImageIO would try all of its readers in
-/// turn, some of which are fragile.)
+/// A texture format, recognised by its magic bytes. OpenImageIO would try all of its readers in
+/// turn, and some of them are fragile.
 struct TextureFormat {
     const char* name;   ///< name in OpenImageIO
     const char* codec;  ///< name in messages
     std::string_view begin, at_eight;
     /// Removes unneeded metadata, because most vulnerabilities of decoders are in their parsers of
-    /// metadata. The pointer is null if nothing is removed.
+    /// metadata. Null if nothing is removed.
     ReducedImage (*reduce)(std::span<const std::uint8_t>);
     bool in_gltf = true;  ///< whether the format is part of glTF 2.0 or an extension
     /// Recognises a format that has no signature.
@@ -48,8 +48,8 @@ constexpr TextureFormat kTextureFormats[] = {
     {"targa", "TGA", "", "", nullptr, false, isTga},
 };
 
-/// Returns the size that a WebP picture declares (RFC 9649 and RFC 6386). The decoder allocates all
-/// memory before it reports the size. Returns nothing if the header is damaged.
+/// Returns the size that a WebP picture declares (RFC 9649, RFC 6386), or no value if the header is
+/// damaged. The decoder itself reports the size only after it has allocated all memory.
 std::optional<StoredImage> webpSize(std::span<const std::uint8_t> bytes) {
     constexpr std::size_t kHeader = 30;
     if (bytes.size() < kHeader) return std::nullopt;
@@ -88,8 +88,8 @@ void checkTextureSize(const StoredImage& stored, const TextureLimits& limits) {
                     "scale it down");
 }
 
-/// Expands pixels to RGBA in place, from last to first, since the stored pixels are at the
-/// beginning of `rgba`.
+/// Expands pixels to RGBA in place. Goes from the last pixel to the first, since the stored pixels
+/// are at the beginning of `rgba`.
 void expandToRgba(std::vector<std::uint8_t>& rgba, std::size_t channels) {
     for (std::size_t pixel = rgba.size() / 4; pixel-- > 0;) {
         const std::uint8_t* from = rgba.data() + pixel * channels;

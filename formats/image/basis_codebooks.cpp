@@ -8,7 +8,7 @@
 namespace peeler {
 namespace {
 
-/// A splitter of the global data into its consecutive parts.
+/// A reader that splits the global data into its consecutive parts.
 class GlobalData {
   public:
     explicit GlobalData(const Ktx2Container& file)
@@ -64,8 +64,8 @@ std::vector<BasisSlice> readSlices(GlobalData& data, const Ktx2Level& level, boo
     return planes;
 }
 
-/// Reads "ETC1S Endpoint Codebooks": each endpoint is stored as the difference from the previous
-/// one, whose value chooses the Huffman code.
+/// Reads "ETC1S Endpoint Codebooks". Each endpoint is stored as differences from the previous
+/// endpoint. A channel's previous value selects its Huffman code.
 std::vector<Etc1sEndpoint> readEndpoints(BitReader bits, std::size_t count) {
     const std::array<HuffmanTable, 3> color_deltas = {
         HuffmanTable::read(bits), HuffmanTable::read(bits), HuffmanTable::read(bits)};
@@ -90,8 +90,8 @@ std::vector<Etc1sEndpoint> readEndpoints(BitReader bits, std::size_t count) {
     return endpoints;
 }
 
-/// Reads "ETC1S Selector Codebooks": each selector is stored unchanged, or as the difference from
-/// the previous one.
+/// Reads "ETC1S Selector Codebooks". Each selector is stored unchanged, or as the difference (XOR)
+/// from the previous selector.
 std::vector<std::uint32_t> readSelectors(BitReader bits, std::size_t count) {
     if (bits.take(2) != 0)
         failKtx2("the selectors of BasisLZ are of another version", bits.position());
@@ -143,7 +143,7 @@ BasisCodebooks readBasisCodebooks(const Ktx2Container& file) {
     out.endpoints = readEndpoints(endpoint_bits, endpoints);
     out.selectors = readSelectors(selector_bits, selectors);
 
-    // The section "ETC1S Slice Huffman Tables".
+    // "ETC1S Slice Huffman Tables".
     out.predictions = HuffmanTable::read(tables);
     out.endpoint_deltas = HuffmanTable::read(tables);
     out.selector_codes = HuffmanTable::read(tables);

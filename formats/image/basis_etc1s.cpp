@@ -20,8 +20,8 @@ std::uint8_t modified(std::uint8_t base, int modifier) {
     return static_cast<std::uint8_t>(std::clamp(base + modifier, 0, 255));
 }
 
-/// Reads a number of variable length: pieces of `piece` bits, lowest first, each followed by a bit
-/// that is set if another piece follows.
+/// Reads a number of variable length, stored in pieces of `piece` bits, lowest piece first. The bit
+/// after a piece is set if another piece follows.
 std::uint32_t takeLength(BitReader& bits, unsigned piece) {
     std::uint64_t value = 0;
     for (unsigned shift = 0;; shift += piece) {
@@ -33,8 +33,8 @@ std::uint32_t takeLength(BitReader& bits, unsigned piece) {
     return static_cast<std::uint32_t>(value);
 }
 
-/// Recently used selectors. A reused selector moves toward the front ("ETC1S Approximate Move to
-/// Front Routines").
+/// The recently used selectors. A selector that is used again moves toward the front ("ETC1S
+/// Approximate Move to Front Routines").
 class SelectorHistory {
   public:
     explicit SelectorHistory(std::size_t size) : values_(size), next_(size / 2) {}
@@ -51,7 +51,7 @@ class SelectorHistory {
     }
 
   private:
-    std::vector<std::uint32_t> values_;  // selector indices
+    std::vector<std::uint32_t> values_;  // indices of selectors
     std::size_t next_;
 };
 
@@ -116,8 +116,8 @@ class SliceReader {
   private:
     enum : std::uint32_t { kLeft, kAbove, kAboveLeft, kDifference };
 
-    /// Returns the endpoint predictions for 2 × 2 blocks. The lower half has the predictions of the
-    /// upper two blocks.
+    /// Returns the endpoint predictions for 2 × 2 blocks, two bits each. The lowest four bits are
+    /// for the two upper blocks.
     std::uint32_t nextPredictions(std::size_t pair) {
         if (prediction_run_ > 0) {
             --prediction_run_;
@@ -135,7 +135,7 @@ class SliceReader {
 
     const BasisCodebooks& books_;
     BitReader bits_;
-    std::vector<std::uint32_t> above_;  // endpoints of the row above or, left of x, of this row
+    std::vector<std::uint32_t> above_;  // last endpoint in each column
     std::vector<std::uint8_t> pairs_;   // predictions for the blocks in odd rows
     SelectorHistory history_;
     std::uint32_t left_ = 0, above_left_ = 0;
@@ -146,7 +146,6 @@ class SliceReader {
 using EtcTexel = std::array<std::uint8_t, 4>;
 using EtcPalette = std::array<EtcTexel, 4>;
 
-/// Returns the four colours of each endpoint.
 std::vector<EtcPalette> palettesOf(const std::vector<Etc1sEndpoint>& endpoints) {
     std::vector<EtcPalette> palettes(endpoints.size());
     for (std::size_t i = 0; i < endpoints.size(); ++i)

@@ -15,9 +15,9 @@
 
 namespace peeler {
 
-/// A reader of a stream of bits, least significant first. Beyond the end of the stream it reads
-/// zeros, so that not every bit needs a check. Callers check overrun() from time to time, and at
-/// the end.
+/// A reader of a stream of bits, least significant bit first. Beyond the end of the stream, the
+/// reader returns zeros, so that not every bit needs a check. Callers check overrun() from time to
+/// time, and at the end.
 class BitReader {
   public:
     /// `offset` is the position of `bytes` in the file.
@@ -25,12 +25,11 @@ class BitReader {
         : bytes_(bytes), offset_(offset) {}
 
     /// Returns the next bits without consuming them. At least the lowest 32 bits are valid. The
-    /// caller masks off the bits that it does not need.
+    /// caller masks off the other bits.
     std::uint64_t peek() {
         if (count_ < kAtOnce) refill();
         return bits_;
     }
-    /// Consumes bits returned by peek().
     void skip(unsigned count) {
         bits_ >>= count;
         count_ -= count;
@@ -42,7 +41,7 @@ class BitReader {
         return static_cast<std::uint32_t>(bits);
     }
 
-    /// Whether more bits have been consumed than the stream has.
+    /// Whether more bits have been consumed than the stream holds.
     bool overrun() const { return at_ - count_ / 8 > bytes_.size(); }
     /// Returns the position in the file of the byte that holds the next bit.
     std::uint64_t position() const { return offset_ + at_ - (count_ + 7) / 8; }
@@ -56,8 +55,8 @@ class BitReader {
                 at_ <= bytes_.size() - sizeof(std::uint64_t)) {
                 std::uint64_t next = 0;
                 std::memcpy(&next, bytes_.data() + at_, sizeof next);
-                // The bits above count_ are read again later, with the same values, so ORing them
-                // twice is harmless.
+                // Later refills read the bits above count_ again. ORing the same values twice is
+                // harmless.
                 bits_ |= next << count_;
                 const unsigned whole = (63 - count_) / 8;
                 at_ += whole;
@@ -87,10 +86,11 @@ class HuffmanTable {
 
     /// Builds the code in which symbol i has lengths[i] bits, up to 16; 0 means that the symbol
     /// does not occur. Throws std::runtime_error (failKtx2(), with `at`) unless the code is
-    /// complete and prefix-free. A single symbol may have a code of any length.
+    /// complete and prefix-free. If only one symbol occurs, its code may have any length.
     HuffmanTable(std::span<const std::uint8_t> lengths, std::uint64_t at);
 
-    /// Reads the packed lengths from a stream and builds the code. Throws like the constructor.
+    /// Reads the packed lengths from a stream and builds the code. Throws the errors of the
+    /// constructor.
     static HuffmanTable read(BitReader& bits);
 
     /// Returns the next symbol. Throws std::runtime_error for an invalid code.
@@ -111,7 +111,7 @@ class HuffmanTable {
     };
     [[noreturn]] static void fail(const BitReader& bits);
 
-    /// Indexed by the next bits. The number of bits is the length of the longest code.
+    /// Indexed by as many of the next bits as the longest code has.
     std::vector<Entry> entries_;
     std::uint64_t mask_ = 0;
     std::uint32_t symbols_ = 0;
@@ -128,29 +128,29 @@ struct Etc1sEndpoint {
 /// The packed blocks of one plane of a mipmap level.
 struct BasisSlice {
     std::span<const std::uint8_t> bytes;
-    std::uint64_t offset = 0;  ///< position in the file
+    std::uint64_t offset = 0;  ///< position of `bytes` in the file
 };
 
 struct BasisCodebooks {
     std::vector<Etc1sEndpoint> endpoints;
-    /// The modifier index of each of the 16 texels, row-major, with the first texel in the lowest
-    /// bits.
+    /// For each selector, the modifier indices of the 16 texels, row-major, two bits each, first
+    /// texel in the lowest bits.
     std::vector<std::uint32_t> selectors;
-    /// The Huffman codes of the bitstream. Their symbols are checked to be valid indices.
+    /// The Huffman codes of the bitstream. All their symbols are valid indices.
     HuffmanTable predictions, endpoint_deltas, selector_codes, selector_runs;
     std::uint32_t history = 0;  ///< number of selectors in the history
-    /// Slices of the largest level: colour, and an optional second slice.
+    /// The slices of the largest level: colour, and optionally a second plane.
     std::vector<BasisSlice> planes;
 };
 
-/// The number of endpoint predictions. Their code has one more symbol, for repetition.
+/// The number of endpoint predictions. Their Huffman code has one more symbol, for repetition.
 inline constexpr std::uint32_t kBasisPredictions = 256;
-/// The number of symbols in the Huffman code for run lengths. After the last symbol, an explicit
-/// length follows.
+/// The number of symbols in the Huffman code for run lengths. The last symbol means that an
+/// explicit length follows.
 inline constexpr std::uint32_t kBasisRuns = 64;
 
 /// Reads the codebooks. Throws std::runtime_error (failKtx2()) if data is missing, or if a slice of
-/// any level exceeds that level's data.
+/// any level exceeds the level's data.
 BasisCodebooks readBasisCodebooks(const Ktx2Container& file);
 
 }  // namespace peeler

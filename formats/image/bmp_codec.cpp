@@ -69,7 +69,7 @@ class BmpDecoder final : public RgbaDecoder {
     }
 
   private:
-    /// Returns the little-endian number of `size` bytes at this position.
+    /// Returns a little-endian number of `size` bytes.
     std::uint32_t number(std::size_t at, std::size_t size) const {
         if (at + size > bytes_.size()) failBmp("the file ends in its header");
         std::uint32_t value = 0;
@@ -91,7 +91,7 @@ class BmpDecoder final : public RgbaDecoder {
             masks_[i].bits = number(kMasksAt + 4 * i, 4);
     }
 
-    /// Reads the palette; missing entries are black.
+    /// Reads the palette. Missing entries are black.
     void readPalette(std::size_t at, std::size_t size) {
         palette_.fill({0, 0, 0, 255});
         const std::uint32_t used = size == 3 ? 0 : number(46, 4);
@@ -131,8 +131,8 @@ class BmpDecoder final : public RgbaDecoder {
         return {masks_[0].of(pixel), masks_[1].of(pixel), masks_[2].of(pixel), masks_[3].of(pixel)};
     }
 
-    /// Sets alpha to 255 if it is 0 everywhere, because the fourth byte of a pixel is undefined
-    /// without masks.
+    /// Sets alpha to 255 if alpha is 0 everywhere: without masks, the fourth byte of a pixel is
+    /// undefined.
     void fillUnusedAlpha(std::uint8_t* rgba) const {
         for (std::size_t i = 0; i < pixels(); ++i)
             if (rgba[4 * i + 3] != 0) return;

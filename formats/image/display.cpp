@@ -18,7 +18,8 @@ Rgb keep(Rgb color) {
 }
 
 /// The Khronos PBR Neutral tone map (github.com/KhronosGroup/ToneMapping, PBR_Neutral). Keeps base
-/// colours below 0.8 (except for 4 % Fresnel reflection) and compresses highlights.
+/// colours below 0.8, apart from the 4 % of Fresnel reflection that it subtracts, and compresses
+/// highlights.
 Rgb neutral(Rgb color) {
     constexpr float kStart = 0.8F - 0.04F, kDesaturation = 0.15F, kRoom = 1 - kStart;
     const float low = std::min({color[0], color[1], color[2]});
@@ -41,8 +42,8 @@ Rgb multiply(const std::array<Rgb, 3>& m, const Rgb& v) {
     return out;
 }
 
-/// Applies ACES RRT and ODT as fitted by Stephen Hill (BakingLab, ACES.hlsl, MIT licence):
-/// conversion from sRGB to a space near AP1, the curve on each channel, and conversion back.
+/// Applies the ACES RRT and ODT as fitted by Stephen Hill (BakingLab, ACES.hlsl, MIT licence):
+/// converts sRGB to a space near AP1, applies the curve to each channel, and converts back.
 Rgb aces(Rgb color) {
     constexpr std::array<Rgb, 3> kIn = {{{0.59719F, 0.35458F, 0.04823F},
                                          {0.07600F, 0.90834F, 0.01566F},
@@ -67,7 +68,7 @@ float brightest(const Rgb& color) {
     return std::max({color[0], color[1], color[2]});
 }
 
-// The exposure meter's targets and limits, as luminances; kHighlights is the percentile.
+// The exposure meter's targets and limits, as luminances. kHighlights is a percentile.
 constexpr double kMiddleGrey = 0.18, kHighlights = 0.98, kBrightest = 4, kDarkest = 1.0 / 64;
 
 }  // namespace
@@ -127,7 +128,8 @@ std::array<float, 4> Display::shownOver(const std::array<float, 4>& color,
                                         const std::array<float, 3>& opacity,
                                         const std::array<float, 4>& background) const {
     std::array<float, 4> out = shown(color);
-    // With alpha above 1 (from weighted sums), the formula subtracts from the background.
+    // Where alpha exceeds 1 (weighted sums), the formula would subtract the background, so clamp
+    // the result.
     for (std::size_t c = 0; c < 3; ++c)
         out[c] = std::clamp(out[c] + (1 - opacity[c]) * background[c], 0.0F, 1.0F);
     out[3] = std::clamp(out[3] + (1 - out[3]) * background[3], 0.0F, 1.0F);
@@ -137,7 +139,7 @@ std::array<float, 4> Display::shownOver(const std::array<float, 4>& color,
 StraightPixel Display::straight(const std::array<float, 4>& color) const {
     const Shown s = show(color);
     const float alpha = color[3] > 0 ? std::min(color[3], 1.0F) : 0;
-    // Return the colour unchanged, without the rounding errors of multiplication and division.
+    // Return the colour as it is: multiplication and division would round it.
     if (s.area == alpha) return {s.color, alpha};
     return straightPixel({s.area * s.color[0], s.area * s.color[1], s.area * s.color[2], alpha});
 }

@@ -15,13 +15,13 @@
 
 namespace peeler {
 
-/// A curve from linear Rec. 709 (scene-referred, not premultiplied) to linear display values.
-/// Results above 1 are clipped, since some curves do not end at 1.
+/// A tone map: a curve from linear Rec. 709 (scene-referred, not premultiplied) to linear display
+/// values. The results may exceed 1 and are then clipped.
 struct ToneMap {
     std::string_view name, summary;
     std::array<float, 3> (*map)(std::array<float, 3>);
 };
-/// Returns the table of tone maps; the first row is the default for display pictures.
+/// Returns the table of tone maps. The first tone map is the default for display pictures.
 std::span<const ToneMap> toneMaps();
 /// Returns the tone map with this name. Throws Error (kUsage), with a list of the names, if the
 /// name is unknown.
@@ -35,42 +35,42 @@ float encodeSrgb(float linear);
 /// cloud viewers expect.
 std::array<std::uint8_t, 4> displayColor(const std::array<float, 4>& color);
 
-/// A pixel of straight-alpha files: linear display values, 0–1, not yet encoded.
+/// A pixel for files with straight alpha. The colour is in linear display values, 0–1, not yet
+/// encoded.
 struct StraightPixel {
     std::array<float, 3> color{};
-    float alpha = 0;      ///< alpha, 0–1
-    bool raised = false;  ///< whether alpha exceeds the coverage
+    float alpha = 0;      ///< 0–1
+    bool raised = false;  ///< whether alpha was raised above the coverage (straightPixel())
 };
 
 /// The display transform for scene-referred light: exposure, then tone map.
 class Display {
   public:
-    /// `exposure` is in stops. Throws like findToneMap().
+    /// `exposure` is in stops. Throws the errors of findToneMap().
     Display(float exposure, const std::string& tone_map);
 
     /// Returns the display colour for a premultiplied linear colour: premultiplied linear display
-    /// values, 0–1, with the same alpha. The tone map is applied to the straight colour, C / A, as
-    /// for an opaque surface, so that edges look the same at any coverage. Light that exceeds the
-    /// coverage (C > A: a reflection on clear glass, emission) has no straight colour. Then the
-    /// tone map is applied to the colour that the camera would see over black: C / a, a = min(1,
-    /// max C).
+    /// values, 0–1, with the same alpha.
+    ///
+    /// The tone map is applied to the straight colour, C / A, as for an opaque surface, so that
+    /// edges look the same at any coverage. Light that exceeds the coverage (C > A: a reflection on
+    /// clear glass, emission) has no straight colour. For such light, the tone map is applied to
+    /// the colour that the camera would see over black: C / a, a = min(1, max C).
     std::array<float, 4> shown(const std::array<float, 4>& color) const {
         const Shown s = show(color);
         return {s.area * s.color[0], s.area * s.color[1], s.area * s.color[2], color[3]};
     }
 
-    /// Returns the display colour over a background, which is given in display values
-    /// (premultiplied linear RGBA, 0–1) and is not tone-mapped. Alpha is at most 1.
+    /// Returns the display colour over a background. The background is in display values
+    /// (premultiplied linear RGBA, 0–1), so it is not tone-mapped. Alpha is at most 1.
     std::array<float, 4> shownOver(const std::array<float, 4>& color,
                                    const std::array<float, 4>& background) const;
-    /// Returns the display colour like shownOver() above, but with coloured opacity: each channel
-    /// of the background is attenuated by the opacity of that channel, and its alpha by the mean
-    /// opacity.
+    /// Returns the same for coloured opacity: the opacity of a channel attenuates the channel of
+    /// the background, and the mean opacity attenuates the alpha of the background.
     std::array<float, 4> shownOver(const std::array<float, 4>& color,
                                    const std::array<float, 3>& opacity,
                                    const std::array<float, 4>& background) const;
-    /// Returns the display colour like shownOver() above, but for a pixel of a composite, with or
-    /// without coloured opacity.
+    /// Returns the same for a pixel of a composite, with or without coloured opacity.
     std::array<float, 4> shownOver(const CompositeImage& composite, std::size_t pixel,
                                    const std::array<float, 4>& background) const {
         const std::array<float, 4>& color = composite.rgba[pixel];
@@ -78,13 +78,14 @@ class Display {
                                   : shownOver(color, background);
     }
 
-    /// Returns the straight-alpha pixel for shown(), without a background.
+    /// Returns the straight-alpha pixel of shown(), without a background.
     StraightPixel straight(const std::array<float, 4>& color) const;
 
   private:
     struct Shown {
         std::array<float, 3> color;  ///< display values, 0–1
-        /// Factor of the colour: alpha or, if the light exceeds alpha, `a` (see shown()).
+        /// The factor for premultiplication: alpha or, if the light exceeds alpha, `a` (see
+        /// shown()).
         float area;
     };
     Shown show(const std::array<float, 4>& color) const;
@@ -138,32 +139,32 @@ StraightPixel straightPixel(const std::array<float, 4>& shown);
 /// the neutral tone map shows as 253 of 255. The result is rounded to a tenth of a stop.
 class ExposureMeter {
   public:
-    /// Adds the pixels of a scene-referred composite without a background.
+    /// Adds the pixels of a composite in scene-referred light, without a background.
     void add(const CompositeImage& picture);
 
     /// Returns the exposure in stops, −20 to 20, or 0 if there is no light.
     float stops() const;
     /// Returns 0 if the picture is usable at 0 stops (98th percentile from 1/64 to 4), else
-    /// stops(). Meant for pictures with unknown lighting.
+    /// stops(). Intended for pictures with unknown lighting.
     float stopsIfNeeded() const;
 
   private:
-    /// Returns log2 of the luminance that a `share` of the picture does not exceed; −inf if there
-    /// is no light.
+    /// Returns the percentile of the luminance, `share` from 0 to 1, as log2; −inf if there is no
+    /// light.
     double percentile(double share) const;
     /// Returns log2 of the luminance in the middle of a bin.
     static double stopsOf(std::size_t step) {
         return (static_cast<double>(step) + 0.5) / kStepsAStop - kStops / 2.0;
     }
 
-    /// The number of bins per stop, and the number of stops, from 2^-32 to 2^32.
+    /// The number of bins per stop, and the number of stops: from 2^-32 to 2^32.
     static constexpr int kStepsAStop = 64, kStops = 64;
     std::vector<std::uint64_t> counts_ =
         std::vector<std::uint64_t>(std::size_t{kStepsAStop} * kStops);
 };
 
-/// Whether the view is only a part of a picture (a tile, a crop), and so must have the exposure of
-/// the whole picture.
+/// Whether the view is a part of a picture (a tile, a crop). A part must have the exposure of the
+/// whole picture.
 bool isPart(const View& view);
 
 }  // namespace peeler

@@ -30,12 +30,12 @@ std::uint64_t hashOf(const Environment& environment) {
 
 constexpr const char* kEnvironments = "give an equirectangular picture as .hdr (Radiance) or .exr";
 
-/// Adds a note, which is a clause, to the warnings.
+/// Adds a note, which is a clause, to the warnings as a sentence.
 void warnOf(const std::string& path, const std::string& note, ReadWarnings& warnings) {
     warnings.warn("The environment \"" + path + "\": " + note + ".", path);
 }
 
-/// Returns an attribute's value. Reads only as many bytes as the type has.
+/// Returns an attribute's value. Reads as many bytes as the type has.
 template <class Value>
 Value valueOf(const RegularFile& file, const ExrHeaders::Attribute& attribute) {
     Value value{};
@@ -72,7 +72,7 @@ void checkExrEnvironment(const std::string& path, ReadWarnings& warnings) {
         warnOf(path, "it has " + std::to_string(parts) + " parts; the first one is used", warnings);
 }
 
-/// Warns unless the picture has the shape of an equirectangular one, twice as wide as high.
+/// Warns if the picture is not twice as wide as high, the shape of an equirectangular picture.
 void checkShape(const Environment& environment, const std::string& path, ReadWarnings& warnings) {
     constexpr int kRounding = 2;  // tolerance, in pixels
     if (std::abs(environment.width - 2 * environment.height) <= kRounding) return;
@@ -129,7 +129,7 @@ Environment readEnvironment(const std::string& path, ReadWarnings& warnings,
             }
         }
     }
-    // Values down to this limit cause no warning, since sharpening filters produce them.
+    // Values from this limit to 0 cause no warning, since sharpening filters produce them.
     constexpr float kRinging = -0.01F;
     if (least < kRinging) warnOf(path, "it has negative numbers; they are taken as 0", warnings);
     environment.content_hash = hashOf(environment);

@@ -19,20 +19,19 @@ struct EnvironmentLimits {
 
 /// Reads an equirectangular picture (in OpenEXR, the first part) as linear Rec. 709 radiance,
 /// row-major, top to bottom, over the whole display window. Pixels outside the data window are
-/// black, negative values become 0, and alpha is ignored. The first bytes decide the format.
-/// Settings in the file that are not supported become warnings. Throws Error (kInput) if the file
-/// has another format, is a cube map, exceeds the limits or has a value that is not finite (with
-/// the pixel's coordinates), and Error (kMemory) if memory runs out.
+/// black, negative values become 0, and alpha is ignored. The first bytes determine the format.
+/// Warns about settings in the file that are not supported. Throws Error (kInput) if the file has
+/// another format, is a cube map, exceeds the limits or has a value that is not finite (with the
+/// pixel's coordinates). Throws Error (kMemory) if memory runs out.
 Environment readEnvironment(const std::string& path, ReadWarnings& warnings,
                             const EnvironmentLimits& limits = {});
 
-/// The name of the built-in environment, embeddedStudio(). (A file of this name is "./studio".)
+/// The name of the built-in environment, embeddedStudio(). "./studio" names a file called "studio".
 inline constexpr const char* kStudioName = "studio";
 
 /// Returns the built-in environment, with a hash of its content.
 Environment namedStudio();
 
-/// Returns namedStudio() if `name_or_path` is kStudioName, else readEnvironment().
 Environment environmentNamed(const std::string& name_or_path, ReadWarnings& warnings);
 
 }  // namespace peeler

@@ -13,11 +13,11 @@
 namespace peeler {
 namespace {
 
-constexpr std::uint32_t kMultiPart = 0x1000;  ///< flag in the version field
+constexpr std::uint32_t kMultiPart = 0x1000;  ///< bit of the version field
 constexpr int kMaxParts = 1 << 15, kMaxAttributes = 1 << 13;
 constexpr std::size_t kLongestName = 255;
 
-/// An attribute type of fixed size.
+/// An attribute type whose values all have the same size.
 struct FixedType {
     std::string_view name;
     std::uint64_t bytes;
@@ -73,9 +73,8 @@ bool ExrHeaders::nextAttribute(Attribute& attribute) {
     return true;
 }
 
-// Whether a value has the size that its type requires. OpenEXR's classes read a value by its
-// content and ignore the declared size. After a wrong size, they would read names and sizes that
-// have not been checked.
+// OpenEXR's classes read a value by its content and ignore the declared size. If the size were
+// wrong, they would read names and sizes that have not been checked.
 bool ExrHeaders::fitsType(const Attribute& attribute) {
     for (const FixedType& type : kFixedTypes)
         if (type.name == attribute.type) return attribute.size == type.bytes;
@@ -91,7 +90,7 @@ bool ExrHeaders::fitsType(const Attribute& attribute) {
 }
 
 bool ExrHeaders::isChannelList(const Attribute& attribute) {
-    // Bytes per channel after its name: type, linearity, sampling.
+    // The bytes per channel after the channel's name: type, linearity, sampling.
     constexpr std::uint64_t kNumbers = 16;
     const std::uint64_t end = attribute.place + attribute.size;
     while (place_ < end) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Choice of the decoder by the first bytes of a file, and checks of the header.
+// Choice of the decoder by a file's first bytes, and checks of the header.
 #include "formats/image/flat_image.h"
 
 #include <algorithm>
@@ -36,7 +36,7 @@ void checkExrFile(const std::string& path) {
 struct Plugin {
     FileKind kind;
     const char* name;  ///< name in OpenImageIO
-    /// Removes metadata that is not needed and makes decoders print warnings on stderr.
+    /// Removes unneeded metadata, about which decoders would print warnings on stderr.
     ReducedImage (*reduce)(std::span<const std::uint8_t>);
     void (*check)(const std::string& path) = nullptr;  ///< checks the file; throws Error (kInput)
 };
@@ -103,7 +103,7 @@ void checkFlatSize(const StoredImage& stored, const FlatImageLimits& limits) {
     }
 }
 
-/// Returns the indices of the channels to read as R, G, B, A; −1 for missing ones.
+/// Returns the indices of the channels to read as R, G, B, A; −1 for a missing channel.
 std::array<int, 4> channelsOf(const std::vector<std::string>& names, FileKind kind) {
     if (kind != FileKind::kExr) {
         constexpr std::array<int, 4> kByCount[] = {
@@ -121,7 +121,7 @@ std::array<int, 4> channelsOf(const std::vector<std::string>& names, FileKind ki
     return {grey, grey, grey, alpha};
 }
 
-/// The conversion of samples to linear and premultiplied values.
+/// The encoding of a file's samples. decode() returns linear, premultiplied values.
 struct Encoding {
     bool srgb = false, straight = false;
 
@@ -163,8 +163,8 @@ void decodeFlat(ImageDecoder& decoder, FileKind kind, CompositeImage& out) {
     });
 }
 
-/// Reorders rows and pixels according to TIFF's Orientation (TIFF 6.0, section 8), which gives the
-/// sides of the picture where the first row and the first column are.
+/// Reorders rows and pixels according to TIFF's Orientation (TIFF 6.0, section 8): the sides of the
+/// picture on which the first row and the first column lie.
 void orient(FlatImage& flat, int orientation) {
     struct Turn {
         bool transposed, from_right, from_bottom;
@@ -212,7 +212,7 @@ FlatImage readNamed(const std::string& path, const FlatImageLimits& limits) {
     return flat;
 }
 
-/// Returns the result of `action`. Errors without a place get the path.
+/// Returns the result of `action`. Errors without a place get the path as their place.
 template <class Action>
 auto named(const std::string& path, Action&& action) {
     try {

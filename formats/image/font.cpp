@@ -21,7 +21,7 @@ extern "C" const Font peeler_font;
 
 namespace {
 
-/// Returns the coverage of the pixels of a character, row by row.
+/// Returns a character's coverage, pixel by pixel, row by row.
 const std::uint8_t* glyphOf(char character, int scale) {
     const char known = character < kFirstGlyph || character > kLastGlyph ? '?' : character;
     const auto index = static_cast<std::size_t>(known - kFirstGlyph);

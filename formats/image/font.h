@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Text in pictures, in DejaVu Sans Mono. FreeType rasterises the font when peeler is built, because
-// the machines of render farms have no fonts.
+// Text in pictures, in DejaVu Sans Mono.
+//
+// FreeType rasterises the font when peeler is built, because the machines of render farms have no
+// fonts.
 #pragma once
 
 #include <array>
@@ -17,7 +19,7 @@ inline constexpr int kTextHeight = 7, kTextAdvance = 6;
 /// The maximum scale of text, in pixels per dot.
 inline constexpr int kMostTextScale = 4;
 
-/// Draws a line of text with the upper left corner of its capitals at (x, y) in the picture's
+/// Draws a line of text. The upper left corner of its capitals is at (x, y) in the picture's
 /// window. A dot is `scale` pixels wide, 1 to kMostTextScale. Clips the text to the window.
 /// Characters that are not printable ASCII become '?'.
 void drawText(CompositeImage& picture, int x, int y, int scale, const std::array<float, 4>& color,
@@ -25,11 +27,11 @@ void drawText(CompositeImage& picture, int x, int y, int scale, const std::array
 
 /// The first and last character of the font.
 inline constexpr char kFirstGlyph = ' ', kLastGlyph = '~';
-/// The number of rows of a glyph above the capitals, and in total, in dots. Brackets rise above the
-/// capitals, and some letters descend below the baseline.
+/// The number of rows of a glyph above the capitals, and in total, in dots. Brackets extend above
+/// the capitals, and some letters below the baseline.
 inline constexpr int kGlyphTop = 1, kGlyphRows = 11;
 
-/// The coverage of each pixel of a glyph at scale S, row by row, as 0 to 255.
+/// The coverage of each pixel of a glyph at S pixels per dot, row by row, 0 to 255.
 template <std::size_t S>
 using Glyph = std::array<std::array<std::uint8_t, S * kTextAdvance>, S * kGlyphRows>;
 template <std::size_t S>

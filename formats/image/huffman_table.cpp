@@ -10,8 +10,7 @@ namespace {
 
 constexpr unsigned kMostCodeBits = 16;
 
-/// Reverses the bits of a code. Codes are stored highest bit first, all other data lowest bit
-/// first.
+/// Reverses the bits of a code. Codes are stored highest bit first, unlike all other data.
 std::uint32_t reversedCode(std::uint32_t code, unsigned length) {
     std::uint32_t out = 0;
     for (unsigned i = 0; i < length; ++i)
@@ -19,7 +18,7 @@ std::uint32_t reversedCode(std::uint32_t code, unsigned length) {
     return out;
 }
 
-/// A symbol for a run of zeros or of the previous length, in the code for code lengths.
+/// A symbol for a run in the list of code lengths: a run of zeros or of the previous length.
 struct LengthRun {
     std::uint32_t symbol;
     bool zeros;
@@ -29,7 +28,7 @@ struct LengthRun {
 constexpr LengthRun kLengthRuns[] = {
     {17, true, 3, 3}, {18, true, 7, 11}, {19, false, 2, 3}, {20, false, 7, 7}};
 
-/// The order in which the lengths of the code for code lengths are stored.
+/// The order in which the code lengths of the code for code lengths are stored.
 constexpr std::uint8_t kLengthOrder[] = {17, 18, 19, 20, 0,  8, 7,  9, 6,  10, 5,
                                          11, 4,  12, 3,  13, 2, 14, 1, 15, 16};
 

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Built-in image codecs, whose libraries load within a millisecond. PNG (ISO/IEC 15948) uses
-// libspng and zlib; JPEG (ITU-T T.81) uses TurboJPEG, the API of libjpeg-turbo. KTX 2.0 is decoded
-// by peeler's own code, with libzstd and libdeflate. BMP and TGA also have their own code here,
-// since OpenImageIO 2.4 reads beyond its buffers if files are damaged (CVE-2023-22845,
-// CVE-2023-24473).
+// Built-in image codecs, whose libraries load within a millisecond.
+//
+// PNG (ISO/IEC 15948) uses libspng and zlib; JPEG (ITU-T T.81) uses TurboJPEG, the API of
+// libjpeg-turbo. KTX 2.0 is decoded by peeler's own code, with libzstd and libdeflate. BMP and TGA
+// also have their own code here, since OpenImageIO 2.4 reads beyond its buffers if files are
+// damaged (CVE-2023-22845, CVE-2023-24473).
 #pragma once
 
 #include <cstddef>
@@ -19,41 +20,42 @@
 
 namespace peeler {
 
-/// Returns a decoder of any PNG. Grey with fewer than 8 bits is expanded to 8, palette indices to
+/// Returns a decoder of any PNG. Expands grey with fewer than 8 bits to 8 bits, palette indices to
 /// colours, and transparent colours to alpha. Only read() allocates pixel memory. Throws
 /// std::runtime_error.
 std::unique_ptr<ImageDecoder> pngDecoder(const std::string& path,
                                          std::span<const std::uint8_t> bytes);
 
-/// Returns an encoder for 1 to 4 channels. The encoder uses all threads, but their number does not
-/// affect the output. An encoder that is destroyed before close() leaves a partial file.
+/// Returns an encoder for 1 to 4 channels. The encoder uses all threads; the output does not depend
+/// on their number. An encoder that is destroyed before close() leaves a partial file.
 std::unique_ptr<ImageEncoder> pngEncoder();
 /// Returns the encoder's peak memory, in bytes, for a picture of `picture` bytes.
 std::uint64_t pngEncoderBytes(std::uint64_t picture);
 
-/// Returns a decoder of grey, colour and CMYK pictures. It converts CMYK to RGB. Only read()
-/// allocates pixel memory. Returns null for files that need the module of image_library.h: files
-/// with unusual subsampling or damaged headers, and all files if `bytes` is empty, because their
-/// description may be in Exif. If pixels turn out to be damaged, read() decodes them with that
-/// module and adds a note. Throws std::bad_alloc.
+/// Returns a decoder of grey, colour and CMYK pictures. Converts CMYK to RGB. Only read() allocates
+/// pixel memory. Throws std::bad_alloc.
+///
+/// Returns null for files that need the module of image_library.h: files with unusual subsampling
+/// or damaged headers, and all files if `bytes` is empty, because their description may be in Exif.
+/// If pixels are damaged, read() decodes them with this module and adds a note.
 std::unique_ptr<ImageDecoder> jpegDecoder(const std::string& path,
                                           std::span<const std::uint8_t> bytes);
 
-/// Returns a decoder of the largest level of a 2D texture, always to RGBA with straight alpha:
-/// UASTC and ETC1S, as in KHR_texture_basisu, and 8-bit RGB and RGBA. Requires `bytes`. Only read()
-/// allocates pixel memory. Throws std::runtime_error.
+/// Returns a decoder of the largest level of a 2D texture: UASTC and ETC1S, as in
+/// KHR_texture_basisu, and 8-bit RGB and RGBA. The output is always RGBA with straight alpha.
+/// Requires `bytes`. Only read() allocates pixel memory. Throws std::runtime_error.
 std::unique_ptr<ImageDecoder> ktx2Decoder(const std::string& path,
                                           std::span<const std::uint8_t> bytes);
 
 /// Return decoders of BMP (Microsoft, "Bitmap Storage") and TGA (Truevision, "TGA File Format
-/// Specification", version 2.0), always to RGBA with straight alpha. Both decoders require `bytes`.
-/// Only read() allocates pixel memory. Throw std::runtime_error.
+/// Specification", version 2.0). The output is always RGBA with straight alpha. Both decoders
+/// require `bytes`. Only read() allocates pixel memory. Throw std::runtime_error.
 std::unique_ptr<ImageDecoder> bmpDecoder(const std::string& path,
                                          std::span<const std::uint8_t> bytes);
 std::unique_ptr<ImageDecoder> tgaDecoder(const std::string& path,
                                          std::span<const std::uint8_t> bytes);
-/// Whether the file may be a TGA. TGA has no signature, so this checks that all header fields have
-/// legal values.
+/// Whether the file may be a TGA: whether all header fields have legal values, since TGA has no
+/// signature.
 bool isTga(std::span<const std::uint8_t> bytes);
 
 /// Converts a stored sample to another type, with the same bits as in OpenImageIO: the full range
@@ -64,7 +66,7 @@ To convertedSample(From sample) {
     if constexpr (std::is_same_v<To, From>) {
         return sample;
     } else if constexpr (std::is_floating_point_v<To>) {
-        // Not a division, which rounds differently.
+        // A division would round differently.
         return static_cast<To>(sample) * (To(1) / To(kMost));
     } else {
         constexpr unsigned kStep = kMost / std::numeric_limits<To>::max();
@@ -115,7 +117,6 @@ class RgbaDecoder : public ImageDecoder {
     StoredImage image_;
 
   private:
-    /// Decodes all pixels.
     virtual void decode(std::uint8_t* rgba) const = 0;
 
     template <class To>

@@ -32,8 +32,8 @@ constexpr BuiltIn kBuiltIn[] = {
     {"targa", tgaDecoder, nullptr, nullptr},
 };
 
-/// Checks the size limit. OpenImageIO's own limit cannot be used, because a host program may share
-/// it.
+/// Checks the size limit here: OpenImageIO's own limit cannot be used, because a host program may
+/// also set it.
 std::unique_ptr<ImageDecoder> checked(std::unique_ptr<ImageDecoder> decoder) {
     const StoredImage& image = decoder->image();
     const std::uint64_t bytes = static_cast<std::uint64_t>(image.width) *
@@ -90,8 +90,8 @@ std::uint64_t imageEncoderBytes(const std::string& format, std::uint64_t picture
 }
 
 std::uint64_t sharedEncoderBytes(const std::string& format, std::uint64_t picture) {
-    // Half of a built-in encoder's memory (rows and filtered data) belongs to that encoder alone.
-    // Encoders share the other half.
+    // Half of a built-in encoder's memory (rows and filtered data) belongs to each encoder alone;
+    // encoders share the other half.
     const std::uint64_t all = imageEncoderBytes(format, picture);
     for (const BuiltIn& row : kBuiltIn)
         if (row.format == format && row.encoder) return all / 2;

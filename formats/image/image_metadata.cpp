@@ -26,9 +26,9 @@ std::uint32_t bigEndian(std::span<const std::uint8_t> bytes, std::size_t offset,
     return value;
 }
 
-/// Whether the scans of a JPEG end with an EOI marker. Rejects JPEGs with too many scans, because
-/// even a scan of a few bytes takes a pass over all blocks; encoders write ten scans. In a scan,
-/// 0xFF precedes a marker or a zero.
+/// Whether the scans of a JPEG end with an EOI marker. Inside a scan, 0xFF begins a marker unless a
+/// zero follows. Rejects JPEGs with too many scans, because even a scan of a few bytes takes a pass
+/// over all blocks; encoders write ten scans.
 bool scansEnd(std::span<const std::uint8_t> scans) {
     constexpr int kMostScans = 100;
     constexpr std::uint8_t kStartOfScan = 0xDA, kEndOfImage = 0xD9;
@@ -54,7 +54,8 @@ std::string_view textOf(std::span<const std::uint8_t> bytes) {
     return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-/// Returns the orientation in Exif data, which is a TIFF (CIPA DC-008, 4.6), or 1 if it is missing.
+/// Returns the orientation in Exif data, which is a TIFF (CIPA DC-008, 4.6), or 1 if the
+/// orientation is missing.
 int exifOrientation(std::span<const std::uint8_t> exif) {
     constexpr std::string_view kPrefix("Exif\0\0", 6);
     constexpr std::size_t kHeader = 8, kEntry = 12;
@@ -84,7 +85,7 @@ int exifOrientation(std::span<const std::uint8_t> exif) {
 }  // namespace
 
 ReducedImage withoutPngMetadata(std::span<const std::uint8_t> bytes) {
-    // Sizes in bytes. A frame consists of length, type and checksum.
+    // Sizes in bytes. The frame of a chunk consists of length, type and checksum.
     constexpr std::size_t kSignature = 8, kFrame = 12;
     if (bytes.size() < kSignature) failToDecode("the PNG is truncated");
     ReducedImage result{{bytes.begin(), bytes.begin() + kSignature}};
@@ -154,7 +155,7 @@ ReducedImage withoutJpegMetadata(std::span<const std::uint8_t> bytes) {
 }
 
 ReducedImage withoutWebpMetadata(std::span<const std::uint8_t> bytes) {
-    // In bytes: RIFF, size, WEBP; name and size of a chunk.
+    // Sizes in bytes: of RIFF, file size and WEBP; of a chunk's name and size.
     constexpr std::size_t kHeader = 12, kFrame = 8;
     constexpr std::string_view kKept[] = {"VP8 ", "VP8L", "VP8X", "ALPH", "ANIM", "ANMF"};
     constexpr std::uint8_t kMetadataFlags = 0x2C;  // section 2.7.1: flags for profile, Exif and XMP

@@ -12,7 +12,8 @@ namespace peeler {
 /// A file without metadata, and the metadata that affects the display of the picture.
 struct ReducedImage {
     std::vector<std::uint8_t> bytes;
-    int orientation = 1;               ///< orientation as in Exif (TIFF 6.0); 1 means as stored
+    /// Orientation as in Exif (TIFF 6.0); 1 means that the picture is stored upright.
+    int orientation = 1;
     std::vector<std::string> notes{};  ///< features that are not shown, as in StoredImage
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tone mapping, quantisation and encoding of rows, which go to an AtomicFile.
+// Tone mapping, quantisation and encoding of rows, written to an AtomicFile.
 #include "formats/image/image_writer.h"
 
 #include <algorithm>
@@ -56,8 +56,8 @@ SizeForecast imageForecast(const std::string& path, std::uint64_t pixels) {
     return {bytes + bytes / 1000 + kHeaders, Certainty::kAtMost};
 }
 
-/// An adapter that writes an encoder's output to an AtomicFile, so that a full disk is noticed at
-/// once and reported as for every other format. Keeps exceptions in `failure`.
+/// An adapter that writes an encoder's output to an AtomicFile. A full disk is thus noticed at once
+/// and reported as for every other format. Stores exceptions in `failure`.
 class AtomicTarget final : public EncodedFile {
   public:
     explicit AtomicTarget(AtomicFile& file) : file_(file) {}
@@ -96,12 +96,13 @@ class AtomicTarget final : public EncodedFile {
     AtomicFile& file_;
 };
 
-/// The open file. The order of members matters, since `target` and `encoder` refer to `file`.
+/// The open file. `file` must come before `target` and `encoder`, which refer to it.
 struct ImageWriter::Output {
     explicit Output(const std::string& path) : file(path), target(file) {}
     ~Output() { abandon(); }
 
-    /// Runs `action`. If a disk error makes the encoder fail, throws the disk error.
+    /// Calls `action`. If a disk error made the encoder fail, throws the disk error, not the
+    /// encoder's.
     template <class F>
     void checked(F&& action) {
         std::string problem;
@@ -120,8 +121,8 @@ struct ImageWriter::Output {
     std::uint64_t writeRows(const CompositeImage& composite, const Display& display,
                             const std::array<float, 4>& background, PictureAlpha alpha);
 
-    /// Closes an unfinished picture. OpenImageIO's encoders complain on stderr about missing rows.
-    /// So the encoder gets black rows, which are not written to disk.
+    /// Closes an unfinished picture. OpenImageIO's encoders complain on stderr about missing rows,
+    /// so the encoder gets black rows, which are not written to disk.
     void abandon() noexcept;
 
     AtomicFile file;
@@ -174,7 +175,7 @@ std::uint64_t ImageWriter::Output::writeRows(const CompositeImage& composite,
             std::uint64_t raised_here = 0;
             bool is_raised = false;
             for (std::size_t x = 0; x < width; ++x, ++in, out += channels) {
-                // Around the scene and on flat areas, many pixels equal their left neighbour.
+                // Copy the left neighbour if it is equal, as around the scene and on flat areas.
                 if (x > 0 && isSame(in, in - 1)) {
                     std::copy_n(out - channels, channels, out);
                 } else {
@@ -284,7 +285,7 @@ ImageWriter::~ImageWriter() = default;
 
 void ImageWriter::begin(const Plan& plan) {
     const StageTimer timer(times_, "encode");
-    // Create the encoder before the file, so that no file is created without an encoder.
+    // Create the encoder before the file, so that no file is left if this fails.
     auto encoder = imageEncoder(std::string(format_->name));
     output_ = std::make_unique<Output>(path_);
     Output& output = *output_;
@@ -302,7 +303,7 @@ void ImageWriter::begin(const Plan& plan) {
     image.bits = format_->bits;
     image.software = "peeler " + options_.provenance.version;
     image.description = outputHashText(options_.provenance.output_hash);
-    // A TIFF gets no mark for sRGB, because OpenImageIO would store the mark in an Exif directory.
+    // A TIFF is not marked as sRGB: OpenImageIO would store the mark in an Exif directory, and
     // OpenImageIO 2.4.7 links such a directory wrongly when it writes through a proxy, which makes
     // the file unreadable. TIFF is read as sRGB in any case.
     image.srgb = format_->name != "tiff";
@@ -321,7 +322,7 @@ void ImageWriter::write(LayeredImage&& band) {
             kept_.z.insert(kept_.z.end(), composite_.z.begin(), composite_.z.end());
         return;
     }
-    const StageTimer timer(times_, "encode");  // also includes the time for writing
+    const StageTimer timer(times_, "encode");  // includes the time for writing
     encode(composite_);
 }
 

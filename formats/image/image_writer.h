@@ -33,25 +33,27 @@ std::span<const ImageFormat> imageFormats();
 /// Returns the row for a path's extension, or null if the table has none.
 const ImageFormat* findImageFormat(const std::string& path);
 
-/// Returns the maximum file size for a number of pixels. Compression adds at most a thousandth. The
-/// path's extension must be in the table.
+/// Returns the maximum file size for a number of pixels. Compression enlarges the data by at most a
+/// thousandth. The path's extension must be in the table.
 SizeForecast imageForecast(const std::string& path, std::uint64_t pixels);
 
 /// The meaning of alpha in a file.
 enum class PictureAlpha : std::uint8_t {
     kOpacity,  ///< alpha is the opacity over the background
-    /// Alpha is 255 for a pixel with a fragment. Other pixels have alpha 0 and are black. The
+    /// Alpha is 255 for pixels with a fragment. Other pixels have alpha 0 and are black. The
     /// picture is composited over black instead of the background. A pixel with a fragment is never
-    /// fully black, since (0, 0, 0) becomes (1, 1, 1). So alpha and colour give the same mask.
+    /// black, since (0, 0, 0) becomes (1, 1, 1), so alpha and colour give the same mask.
     kAnyFragment
 };
 
 /// A writer of the picture's crop: all layers composited over the background, with the display
 /// transform of `options` (Display), sRGB-encoded, in the format of the path's extension. PNG and
 /// TIFF have straight alpha (straightPixel()). JPEG has no alpha, so transparent areas become
-/// black. For automatic exposure, the composite is kept until finish(), with 16 bytes per pixel (28
-/// with coloured opacity), and then metered. A part of a picture is not metered, so that all parts
-/// have the same exposure.
+/// black.
+///
+/// For automatic exposure, keeps the composite until finish(), with 16 bytes per pixel (28 with
+/// coloured opacity), then meters it. A part of a picture is not metered, so that all parts have
+/// the same exposure.
 class ImageWriter : public Sink {
   public:
     /// Throws Error (kUsage) if there is no tone map of this name, and Error (kInternal) if the
@@ -64,7 +66,7 @@ class ImageWriter : public Sink {
     void begin(const Plan& plan) override;
     void write(LayeredImage&& band) override;
     void finish() override;
-    /// Does everything that finish() does except the commit. Returns the file for commitAll().
+    /// Finishes the file like finish(), but does not commit it. Returns the file for commitAll().
     AtomicFile& close();
     SinkMemory memory(const Plan& plan) const override;
     StageTimes times() const override { return times_; }
@@ -72,7 +74,7 @@ class ImageWriter : public Sink {
   private:
     struct Output;
     void encode(const CompositeImage& composite);
-    /// Whether the exposure of a picture with this plan is metered.
+    /// Whether the exposure of a picture with this plan is automatic and metered.
     bool metersOf(const Plan& plan) const;
 
     std::string path_;
@@ -97,15 +99,15 @@ void writeGreyPng(AtomicFile& file, int width, int height, std::span<const std::
 void writeGreyPng(AtomicFile& file, int width, int height, std::span<const std::uint16_t> samples,
                   const std::string& software = {});
 
-/// Gives `image` exactly one fragment, at Z = 0, in every pixel of the window, which is the form in
-/// which writers take finished pictures. Returns its colours for the caller to fill in, row-major:
+/// Gives `image` exactly one fragment, at Z = 0, in every pixel of the window: writers take
+/// finished pictures in this form. Returns the colours for the caller to fill in, row-major:
 /// premultiplied linear RGBA in float. Reuses the storage of `image`.
 std::span<float> onePerPixel(const Window& window, LayeredImage& image);
 
 /// A table that gives exactly round(255 · encodeSrgb(linear)) for any float; NaN becomes 0.
 class SrgbBytes {
   public:
-    /// Builds the table: finds the least float for each byte by bisection.
+    /// Finds the least float for each byte by bisection.
     SrgbBytes();
 
     std::uint8_t operator()(float linear) const {
@@ -118,8 +120,8 @@ class SrgbBytes {
     }
 
   private:
-    /// A bucket covers the floats with the same exponent and upper 6 mantissa bits, from 2^-13 on.
-    /// About one byte value begins in each bucket.
+    /// A bucket holds the floats with the same exponent and the same upper 6 mantissa bits, from
+    /// 2^-13 on. On average, about one byte value begins in each bucket.
     static constexpr unsigned kShift = 17;
     static constexpr std::uint32_t kFirst = std::bit_cast<std::uint32_t>(0x1p-13F) >> kShift,
                                    kEnd = std::bit_cast<std::uint32_t>(1.0F) >> kShift;
@@ -129,7 +131,7 @@ class SrgbBytes {
 
     /// The least float that encodes to each byte, then +inf.
     std::array<float, 257> begins_;
-    std::array<std::uint8_t, kEnd - kFirst> first_{};  ///< byte for the least float of each bucket
+    std::array<std::uint8_t, kEnd - kFirst> first_{};  ///< byte for the least float in each bucket
 };
 
 }  // namespace peeler

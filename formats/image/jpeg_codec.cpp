@@ -13,7 +13,7 @@
 namespace peeler {
 namespace {
 
-/// The decoding of a colour space. The table is indexed by TurboJPEG's TJCS.
+/// The decoding for a JPEG colour space. kDecodings is indexed by TurboJPEG's TJCS.
 struct Decoding {
     int format;
     std::size_t channels;  ///< number of channels that TurboJPEG returns
@@ -25,8 +25,7 @@ constexpr Decoding kDecodings[] = {kRgb, kRgb, kGrey, kCmyk, kCmyk};
 static_assert(TJCS_RGB == 0 && TJCS_YCbCr == 1 && TJCS_GRAY == 2 && TJCS_CMYK == 3 &&
               TJCS_YCCK == 4);
 
-/// Converts CMYK to RGB in place, with the result at the start of `pixels`. JPEG stores inverted
-/// ink.
+/// Converts CMYK to RGB in place. The result is at the start of `pixels`. JPEG stores inverted ink.
 void rgbFromCmyk(std::vector<std::uint8_t>& pixels) {
     std::uint8_t* rgb = pixels.data();
     for (std::size_t i = 0; i < pixels.size(); i += 4) {
@@ -37,7 +36,7 @@ void rgbFromCmyk(std::vector<std::uint8_t>& pixels) {
     }
 }
 
-/// libjpeg's JWRN_JPEG_EOF, for which withoutJpegMetadata() has already added a note.
+/// libjpeg's message JWRN_JPEG_EOF. withoutJpegMetadata() has already added a note about it.
 constexpr const char* kCutOff = "Premature end of JPEG file";
 
 using Handle = std::unique_ptr<void, decltype(&tjDestroy)>;
@@ -70,7 +69,7 @@ class JpegDecoder final : public ImageDecoder {
         if (tjDecompress2(handle_.get(), bytes_.data(), bytes_.size(), stored.data(), image_.width,
                           0, image_.height, decoding_.format, TJFLAG_STOPONWARNING) != 0) {
             // TurboJPEG 2.1 cannot distinguish recoverable from fatal damage if a file has both.
-            // OpenImageIO can, but does not report recoverable damage.
+            // OpenImageIO can distinguish them, but does not report recoverable damage.
             const std::string damage = tjGetErrorStr2(handle_.get());
             imageLibrary().decoder("jpeg", path_, bytes_)->read(begin, end, samples);
             if (damage.find(kCutOff) == std::string::npos)

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reader of header, index, data format descriptor and metadata of KTX 2.0 files. Sections have the
-// names of the specification. Colour models, channels and transfer functions have the numbers of
-// the Khronos Data Format Specification 1.3, from "Descriptor block" on.
+// Reader of the header, index, data format descriptor and metadata of KTX 2.0 files.
+//
+// Quoted names are sections of the specification. Colour models, channels and transfer functions
+// have the numbers of the Khronos Data Format Specification 1.3, from "Descriptor block" on.
 #include "formats/image/ktx2.h"
 
 #include <algorithm>
@@ -15,7 +16,7 @@ namespace {
 
 constexpr std::string_view kIdentifier = "\xABKTX 20\xBB\r\n\x1A\n";
 constexpr std::size_t kKtx2HeaderBytes = 80, kLevelBytes = 24;
-// The maximum width and height. It keeps all sizes within 64 bits.
+// The maximum width and height. With this limit, all sizes fit into 64 bits.
 constexpr std::uint32_t kMostKtx2Side = std::uint32_t{1} << 24U;
 
 /// The byte offsets of header fields ("File Structure").
@@ -40,7 +41,7 @@ constexpr Ktx2TexelRow kKtx2Texels[] = {
     {Ktx2Texels::kRgba8, "RGBA8", 37, 43, kModelRgb, 1, 4},
 };
 
-/// The swizzle to RGBA for a sequence of channels in a descriptor. Missing colours are 0, missing
+/// The swizzle to RGBA for the channels listed in a descriptor. Missing colours are 0, missing
 /// alpha is 1 (section "KTXswizzle"). Blocks that declare only the channel RRR hold all three
 /// colours: toktx 4.0.0-beta4 declared colour files in this way, and transcoders use them
 /// unchanged.
@@ -63,9 +64,9 @@ constexpr Ktx2ChannelRow kKtx2Channels[] = {
     {kModelRgb, {"\x00\x01\x02\x0F", 4}, {'r', 'g', 'b', 'a'}},
 };
 
-/// A packing, indexed by supercompressionScheme, with the maximum number of output bytes per input
-/// byte. Zstandard gives at most 128 KiB for the four bytes of a repeating block (RFC 8878, section
-/// 3.1.1.2), DEFLATE 258 bytes for two bits.
+/// A packing, with the maximum number of output bytes per input byte. kKtx2Packings is indexed by
+/// supercompressionScheme. Zstandard gives at most 128 KiB for the four bytes of a repeating block
+/// (RFC 8878, section 3.1.1.2), DEFLATE 258 bytes for two bits.
 struct Ktx2PackingRow {
     const char* name;
     std::uint64_t most_from_one;
@@ -95,8 +96,8 @@ class Ktx2Reader {
     }
 
   private:
-    /// Returns `size` bytes as a little-endian number. The caller must have checked that the file
-    /// has these bytes.
+    /// Returns `size` bytes as a little-endian number. The caller must have checked the file's
+    /// size.
     std::uint64_t number(std::size_t at, std::size_t size = 4) const {
         std::uint64_t value = 0;
         for (std::size_t i = size; i-- > 0;)
@@ -120,7 +121,7 @@ class Ktx2Reader {
                         [](char a, std::uint8_t b) { return static_cast<std::uint8_t>(a) == b; }))
             failKtx2("the KTX 2.0 header is missing", 0);
         width_ = checkedSide(Ktx2Field::kWidth);
-        // Conditions of the specification's section "Texture Type".
+        // Conditions of the section "Texture Type".
         struct Shape {
             std::size_t at;
             std::uint64_t must_be;
@@ -151,7 +152,7 @@ class Ktx2Reader {
         return static_cast<std::uint32_t>(side);
     }
 
-    /// Reads the first block of the "Data Format Descriptor", which must be a basic block.
+    /// Reads the first block of the "Data Format Descriptor". Throws unless it is a basic block.
     void readDescriptor() {
         constexpr std::size_t kBlock = 4, kBasic = 24, kSample = 16;
         const std::uint64_t at = number(Ktx2Field::kDescriptor),
@@ -212,7 +213,7 @@ class Ktx2Reader {
 
     void readSamples(std::size_t at, std::size_t count) {
         constexpr std::size_t kSample = 16;
-        // Masks of the channel number, and of the flags for float, signed and exponent.
+        // Masks for the channel number, and for the flags float, signed and exponent.
         constexpr std::uint8_t kChannel = 0xF, kNumbers = 0xE0;
         std::string channels;
         for (std::size_t i = 0; i < count; ++i) {
@@ -301,7 +302,7 @@ class Ktx2Reader {
             std::string_view value = text.substr(end + 1);
             value = value.substr(0, value.find('\0'));
             if (text.substr(0, end) == "KTXorientation" && value != "rd")
-                // KTXorientation does not affect texture coordinates.
+                // The orientation does not affect texture coordinates.
                 out_.notes.emplace_back(
                     "its orientation (KTXorientation) is not rd; it is ignored");
             if (text.substr(0, end) == "KTXswizzle") readSwizzle(value, begin + at + 4);

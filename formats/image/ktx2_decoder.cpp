@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Decoder of the largest level of KTX 2.0 files: unpacks it with libzstd or libdeflate, or reads
-// BasisLZ. Smaller levels must exist but are not decoded, since the renderer builds its own
-// mipmaps.
+// BasisLZ.
+//
+// Smaller levels must exist but are not decoded, since the renderer builds its own mipmaps.
 #include <libdeflate.h>
 #include <zstd.h>
 
@@ -16,8 +17,8 @@
 namespace peeler {
 namespace {
 
-/// Checks that a level has only the frames of RFC 8878, because libzstd also reads formats from
-/// before its version 1.
+/// Checks that a level consists of frames of RFC 8878. libzstd would also read the formats of its
+/// versions before 1.
 void checkFrames(const Ktx2Level& level) {
     constexpr std::uint8_t kMagic[] = {0x28, 0xB5, 0x2F, 0xFD};
     auto rest = level.bytes;
@@ -32,7 +33,7 @@ void checkFrames(const Ktx2Level& level) {
     }
 }
 
-/// Unpacks a level, which must fill `out` exactly.
+/// Unpacks a level. Throws unless it fills `out` exactly.
 void unpackLevel(Ktx2Packing packing, const Ktx2Level& level, ByteBuffer& out) {
     out.resize(level.unpacked_bytes);
     if (packing == Ktx2Packing::kZstandard) {
@@ -63,7 +64,6 @@ void expandPlainTexels(std::span<const std::uint8_t> texels, std::size_t channel
     }
 }
 
-/// Rearranges the channels of all pixels.
 void swizzleTexels(const std::array<char, 4>& swizzle, std::uint8_t* rgba, std::size_t pixels) {
     constexpr std::string_view kComponents = "rgba01";
     if (std::string_view(swizzle.data(), 4) == kComponents.substr(0, 4)) return;

@@ -18,7 +18,8 @@ constexpr Pixel kPaper{1, 1, 1, 1}, kInk{0.01F, 0.01F, 0.01F, 1}, kFrame{0.3F, 0
 
 // Lengths in text dots (font.h).
 constexpr int kMargin = 4, kGap = 3, kBarHeight = 8, kTick = 2;
-constexpr int kNumberWidth = 10 * kTextAdvance;  // room for a value, and the gap to the next one
+// Room for a value, and the gap before the next value.
+constexpr int kNumberWidth = 10 * kTextAdvance;
 constexpr int kLeastWidth = 2 * kNumberWidth;
 
 int scaleFor(int width) {
@@ -43,15 +44,15 @@ void fill(CompositeImage& picture, const Window& where, const Pixel& color) {
 
 std::string numberText(double value) {
     std::array<char, 32> text{};
-    // Do not use printf(), whose decimal separator depends on the host's locale.
+    // Do not use printf(): its decimal separator depends on the host's locale.
     constexpr int kDigits = 4;
     const auto [end, failure] = std::to_chars(text.data(), text.data() + text.size(), value,
                                               std::chars_format::general, kDigits);
     return {text.data(), failure == std::errc() ? end : text.data()};
 }
 
-/// Returns the smallest step, 1, 2 or 5 times a power of ten, that divides a length into at most
-/// `most` steps.
+/// Returns the smallest step of the form 1, 2 or 5 times a power of ten that divides a length into
+/// at most `most` steps.
 double roundStep(double length, int most) {
     const double power = std::pow(10, std::floor(std::log10(length / most)));
     for (const double step : {1.0, 2.0, 5.0})
@@ -59,8 +60,8 @@ double roundStep(double length, int most) {
     return 10 * power;
 }
 
-/// Returns the values to write below a bar: both ends, and round numbers between them that are not
-/// too close to the ends.
+/// Returns the values to write below a bar: both ends, and those round numbers between them that
+/// are not too close to the ends.
 std::vector<double> numbersOf(double low, double high, int most) {
     std::vector<double> numbers{low};
     if (!(high > low)) return numbers;

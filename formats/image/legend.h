@@ -27,8 +27,8 @@ struct ColorBar {
 
 /// Returns the size of a legend with this title for a picture that is `width` pixels wide.
 LegendSize colorBarSize(std::string_view title, int width);
-/// Draws the legend: the title, the bar, and the values at both ends and at round numbers between
-/// them. The window is (0, 0) to `size`.
+/// Draws the legend: the title, the bar, and below it the values at both ends and at round numbers
+/// between the ends. The window is (0, 0) to `size`.
 CompositeImage drawColorBar(const ColorBar& bar, const LegendSize& size);
 
 /// A line of a legend: a coloured square and its meaning.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// PNG decoder based on libspng, which returns pixels as stored or expanded, without other
+// PNG decoder based on libspng. Pixels are returned as stored or expanded, without other
 // conversions.
 #include "formats/image/image_codecs.h"
 
@@ -21,8 +21,8 @@
 namespace peeler {
 namespace {
 
-/// Whether libspng, or its zlib, ran out of memory in the last call. libspng has several error
-/// codes for lack of memory, one of which also means damage.
+/// Whether libspng or zlib ran out of memory in the last call. The error code is not enough:
+/// libspng has several codes for lack of memory, and one of them also means damage.
 thread_local bool ran_out = false;
 
 void* allocated(void* memory) {
@@ -35,7 +35,7 @@ void check(int result) {
     if (result != SPNG_OK) throw std::runtime_error("PNG: " + std::string(spng_strerror(result)));
 }
 
-/// Checks the result of reading a row. Returns false after the last row.
+/// Checks the result of reading a row. Returns false if there is no further row.
 bool more(int result) {
     if (result == SPNG_EOI) return false;
     check(result);
@@ -55,11 +55,11 @@ Context newContext(int flags) {
     return context;
 }
 
-/// The format to which PNGs with these properties are expanded.
+/// The format to which a PNG with these properties is expanded.
 struct Expansion {
     std::uint8_t color_type;
     bool sixteen_bits, transparency;
-    int format;  ///< libspng's number of the format
+    int format;  ///< SPNG_FMT_*
     std::string_view channels;
 };
 constexpr Expansion kExpansions[] = {
@@ -93,7 +93,8 @@ bool sameLetters(std::string_view a, std::string_view b) {
         a, b, {}, [](char c) { return c | 0x20; }, [](char c) { return c | 0x20; });
 }
 
-/// Returns the last description (Description or ImageDescription) before the pixels.
+/// Returns the description (Description or ImageDescription) before the pixels; the last one if
+/// there are several.
 std::string descriptionIn(spng_ctx* png) {
     std::uint32_t count = 0;
     if (spng_get_text(png, nullptr, &count) != SPNG_OK) return {};
@@ -124,7 +125,7 @@ class PngDecoder final : public ImageDecoder {
         }
         const Context png = opened();
         check(spng_get_ihdr(png.get(), &header_));
-        // This call reads everything before the pixels and reports any damage there.
+        // spng_get_trns() reads everything before the pixels and reports any damage there.
         spng_trns transparency{};
         const int result = spng_get_trns(png.get(), &transparency);
         if (result != SPNG_ECHUNKAVAIL) check(result);
@@ -176,7 +177,8 @@ class PngDecoder final : public ImageDecoder {
             convertSamples(from, width, channels, first, last,
                            samples + row * width * (last - first));
         };
-        // In an interlaced picture, a row comes in several passes and is complete only in the last.
+        // An interlaced picture stores a row in several passes, and the row is complete only after
+        // the last pass.
         const bool interlaced = header_.interlace_method != SPNG_INTERLACE_NONE;
         std::vector<From> rows(width * channels * (interlaced ? header_.height : 1));
         spng_row_info row{};
@@ -190,7 +192,7 @@ class PngDecoder final : public ImageDecoder {
             convert(rows.data() + y * width * channels, y);
     }
 
-    File file_;  // open if `bytes_` is empty: reads only the needed parts of the file
+    File file_;  // open if `bytes_` is empty, so that only the needed parts of the file are read
     std::span<const std::uint8_t> bytes_;
     spng_ihdr header_{};
     const Expansion* expansion_ = nullptr;

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// PNG encoder (ISO/IEC 15948). Deflate takes most of the time, so the rows are divided into pieces
-// that are compressed in parallel. The dictionary of a piece is the end of the previous one. The
-// pieces are joined into one stream, as in pigz: zlib's Z_SYNC_FLUSH makes each piece end on a byte
-// boundary.
+// PNG encoder (ISO/IEC 15948) that compresses in parallel.
+//
+// Deflate takes most of the time, so the rows are divided into pieces that are compressed in
+// parallel. The dictionary of a piece is the end of the previous piece. The pieces are joined into
+// one stream, as in pigz: zlib's Z_SYNC_FLUSH makes each piece end on a byte boundary.
 #include <zlib.h>
 
 #include <algorithm>
@@ -22,8 +23,8 @@
 namespace peeler {
 namespace {
 
-// The division into pieces depends only on the picture, so that any number of threads gives the
-// same bytes.
+// The division into pieces depends only on the picture, so that the bytes do not depend on the
+// number of threads.
 constexpr std::size_t kPieceBytes = 128 << 10, kPiecesAtOnce = 32;
 constexpr std::size_t kDictionaryBytes = 32 << 10;  // size of deflate's window
 
@@ -38,7 +39,6 @@ void appendText(std::string_view text, PngBytes& bytes) {
     bytes.insert(bytes.end(), text.begin(), text.end());
 }
 
-/// Returns a chunk with this type and data.
 PngBytes chunkOf(std::string_view type, std::span<const std::uint8_t> data) {
     PngBytes chunk;
     chunk.reserve(data.size() + 12);
@@ -50,8 +50,8 @@ PngBytes chunkOf(std::string_view type, std::span<const std::uint8_t> data) {
     return chunk;
 }
 
-/// Applies filter 4 of §9.4: the difference from the left, upper or upper left neighbour, whichever
-/// is nearest to left + up − upper left. `above` is null for the first row.
+/// Applies filter 4 of §9.4 (Paeth): the difference from the left, upper or upper left neighbour,
+/// whichever is nearest to left + up − upper left. `above` is null for the first row.
 void filterByPaeth(const std::uint8_t* row, const std::uint8_t* above, std::size_t row_bytes,
                    std::size_t pixel_bytes, std::uint8_t* out) {
     *out++ = 4;
@@ -73,18 +73,18 @@ void filterByPaeth(const std::uint8_t* row, const std::uint8_t* above, std::size
     }
 }
 
-/// A piece of the stream, compressed separately.
+/// A piece of the stream that is compressed separately.
 struct Piece {
     std::size_t begin = 0, end = 0;  ///< range of the piece's uncompressed bytes
     PngBytes compressed{};
     uLong checksum = 0;  ///< Adler-32 of the uncompressed bytes
 };
 
-/// Compresses a piece of `bytes`, with the bytes before it as the dictionary.
+/// Compresses a piece of `bytes`. The bytes before the piece are the dictionary.
 void deflatePiece(const PngBytes& bytes, bool last, Piece& piece) {
     z_stream stream{};
-    // This combination of filter, strategy and level is the fastest that makes files no larger than
-    // libpng at level 6, which tries every filter for every row.
+    // The fastest combination of filter, strategy and level that makes files no larger than libpng
+    // at level 6, where libpng tries every filter for every row.
     if (deflateInit2(&stream, 6, Z_DEFLATED, -15, 8, Z_FILTERED) != Z_OK) throw std::bad_alloc();
     const std::size_t known = std::min(piece.begin, kDictionaryBytes);
     deflateSetDictionary(&stream, bytes.data() + piece.begin - known, static_cast<uInt>(known));
@@ -108,7 +108,7 @@ class PngEncoder final : public ImageEncoder {
     bool keepsAlpha() const override { return true; }
 
     void open(const ImageToEncode& image, EncodedFile& file) override {
-        // Colour type for each number of channels, from 1.
+        // The colour types for 1, 2, 3 and 4 channels.
         constexpr std::uint8_t kColorTypes[] = {0, 4, 2, 6};
         file_ = &file;
         wide_ = image.bits == 16;
@@ -162,7 +162,6 @@ class PngEncoder final : public ImageEncoder {
         write(chunkOf("sRGB", kAbsoluteColorimetric));
     }
 
-    /// Writes a text, unless it is empty.
     void writeText(std::string_view keyword, const std::string& text) {
         if (text.empty()) return;
         PngBytes data;
@@ -172,8 +171,8 @@ class PngEncoder final : public ImageEncoder {
         write(chunkOf("tEXt", data));
     }
 
-    /// Returns the number of rows waiting to be compressed. rows_ also has the last compressed row,
-    /// which does not count.
+    /// Returns the number of rows waiting to be compressed. rows_ also holds the last compressed
+    /// row.
     std::size_t waiting() const {
         return row_bytes_ == 0 ? 0 : rows_.size() / row_bytes_ - (compressed_rows_ > 0 ? 1 : 0);
     }
@@ -232,8 +231,9 @@ class PngEncoder final : public ImageEncoder {
     bool wide_ = false;
     std::size_t height_ = 0, pixel_bytes_ = 0, row_bytes_ = 0, piece_rows_ = 1;
     std::size_t compressed_rows_ = 0;
-    PngBytes rows_;      // the last compressed row, and all waiting rows
-    PngBytes filtered_;  // the end of the data that has been compressed, then the data to compress
+    PngBytes rows_;  // the last compressed row, then all waiting rows
+    // The end of the compressed data, as a dictionary, then the data to compress.
+    PngBytes filtered_;
     uLong checksum_ = 0;
 };
 

@@ -11,8 +11,8 @@
 namespace peeler {
 namespace {
 
-/// A resolution string like "-Y 4 +X 8", without its numbers: the axis across rows, then the axis
-/// along them. X grows to the right, Y upward.
+/// A resolution string like "-Y 4 +X 8", without its numbers: the axis from row to row, then the
+/// axis along a row. +X points right, +Y up.
 struct Resolution {
     std::string_view rows, pixels;
     int orientation;
@@ -21,7 +21,7 @@ constexpr Resolution kResolutions[] = {{"-Y", "+X", 1}, {"-Y", "-X", 2}, {"+Y", 
                                        {"+Y", "+X", 4}, {"+X", "-Y", 5}, {"-X", "-Y", 6},
                                        {"-X", "+Y", 7}, {"+X", "+Y", 8}};
 
-/// Returns the numbers in a setting's value.
+/// Returns the numbers in the value of a setting.
 std::vector<double> numbersIn(std::string_view value) {
     std::vector<double> numbers;
     for (std::string_view word = takeWord(value); !word.empty(); word = takeWord(value)) {
@@ -37,7 +37,7 @@ bool same(const std::vector<double>& numbers, const std::vector<double>& usual) 
                               [](double a, double b) { return std::abs(a - b) < 2e-3; });
 }
 
-/// A setting, and the values for which it has no effect.
+/// A setting, and the values for which it has no effect on the pixels.
 struct RadianceSetting {
     std::string_view name;
     std::vector<std::vector<double>> neutral;
@@ -48,7 +48,7 @@ const std::vector<RadianceSetting>& radianceSettings() {
         {"EXPOSURE=", {{1}}, "the numbers are not divided by it"},
         {"GAMMA=", {{1}}, "the numbers are taken as linear"},
         {"COLORCORR=", {{1, 1, 1}}, "the colours are not divided by it"},
-        // Both Radiance's own default and Rec. 709 are read as Rec. 709 without a warning.
+        // Radiance's own default is also read as Rec. 709, without a warning.
         {"PRIMARIES=",
          {{0.640, 0.330, 0.290, 0.600, 0.150, 0.060, 0.3333, 0.3333},
           {0.640, 0.330, 0.300, 0.600, 0.150, 0.060, 0.3127, 0.3290}},

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The table of SrgbBytes. The bits of positive floats have the same order as their values, so
-// bisecting the bits finds the least float for each byte.
+// The table of SrgbBytes.
+//
+// The bit patterns of positive floats have the same order as their values, so bisecting the bit
+// patterns finds the least float for each byte.
 #include "formats/image/image_writer.h"
 
 #include <cmath>
@@ -9,7 +11,7 @@
 namespace peeler {
 
 SrgbBytes::SrgbBytes() {
-    std::uint32_t begin = 0;  // bits of the least float that encodes to the previous byte
+    std::uint32_t begin = 0;  // least float, as bits, that encodes to the previous byte
     for (std::size_t byte = 0; byte < 256; ++byte) {
         std::uint32_t end = std::bit_cast<std::uint32_t>(1.0F);
         while (begin < end) {

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kTgaHeader = 18;
 
-/// The image types in the header; kTgaRuns is added if the pixels are run-length encoded.
+/// The image types in the header. kTgaRuns is added if the pixels are run-length encoded.
 enum TgaType : std::uint8_t { kTgaPalette = 1, kTgaColor = 2, kTgaGrey = 3, kTgaRuns = 8 };
 
 struct TgaHeader {
@@ -126,7 +126,7 @@ class TgaDecoder final : public RgbaDecoder {
     }
 
     /// Returns the colour at `from`. Ignores the highest of 16 bits, because programs disagree on
-    /// whether it is alpha.
+    /// whether it stores alpha.
     static Texel color(const std::uint8_t* from, std::uint32_t bits) {
         if (bits >= 24)
             return {from[2], from[1], from[0], bits == 32 ? from[3] : std::uint8_t{255}};

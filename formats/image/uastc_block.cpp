@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// UASTC decoder. The tables are those of the specification and are named after its sections.
-// Partitions are those that ASTC generates from the numbers in "Multi-subset blocks".
+// UASTC decoder.
+//
+// The tables are those of the specification; comments quote its section titles. The partitions are
+// those that ASTC generates from the numbers in "Multi-subset blocks".
 #include <algorithm>
 #include <cstring>
 
@@ -9,20 +11,21 @@
 namespace peeler {
 namespace {
 
-/// A mode ("Mode Index", "Block configuration bits", "Endpoint bits for each mode", "UASTC weight
-/// bits for each mode").
+/// A mode of a block ("Mode Index", "Block configuration bits", "Endpoint bits for each mode",
+/// "UASTC weight bits for each mode").
 struct UastcMode {
     std::uint8_t code, code_bits;
     std::uint8_t hint_bits;     ///< number of bits that only transcoders to other formats use
     std::uint8_t pattern_bits;  ///< number of bits of the field PAT
     std::uint8_t subsets;       ///< number of subsets, each with its own endpoints
     std::uint8_t channels;      ///< 2 for LA, 3 for RGB, 4 for RGBA
-    /// The digits above the endpoint bits: 3 for trits, 5 for quints, 1 for none.
+    /// The number of values of the digit above the endpoint bits: 3 for trits, 5 for quints, 1 for
+    /// no digit.
     std::uint8_t digits;
     std::uint8_t endpoint_bits;
     std::uint8_t weight_bits;
-    std::uint8_t planes;  ///< number of weight planes; with 2, one channel has its own weights
-    /// Whether CSEL selects the channel with its own weights; otherwise it is alpha.
+    std::uint8_t planes;  ///< number of weight planes; if 2, one channel has its own weights
+    /// Whether CSEL selects the channel with its own weights; otherwise this channel is alpha.
     bool selects;
 };
 constexpr UastcMode kUastcModes[] = {
@@ -49,7 +52,7 @@ constexpr UastcMode kUastcModes[] = {
 constexpr std::size_t kSolidMode = 8, kModeOfSevenPatterns = 7;
 constexpr unsigned kMostModeBits = 7;
 
-/// The mode for the lowest bits of a block; std::size(kUastcModes) if the bits are invalid.
+/// The mode for the lowest 7 bits of a block; std::size(kUastcModes) if the bits are invalid.
 constexpr auto kModeOfBits = [] {
     std::array<std::uint8_t, 1U << kMostModeBits> modes{};
     for (std::size_t bits = 0; bits < modes.size(); ++bits) {
@@ -61,8 +64,8 @@ constexpr auto kModeOfBits = [] {
     return modes;
 }();
 
-/// For each pattern, one bit per texel, which is set if the texel is in the second subset. The
-/// first texel is in the lowest bit ("Partition table for 2-subset Mode Indices 2, 4, 9, and 16").
+/// For each pattern, one bit per texel, first texel in the lowest bit. The bit is set if the texel
+/// is in the second subset ("Partition table for 2-subset Mode Indices 2, 4, 9, and 16").
 constexpr std::uint16_t kTwoSubsets[] = {
     0xCCCC, 0x8888, 0x1111, 0xECC8, 0x377F, 0xFEEC, 0x0137, 0x137F, 0xC800, 0x0013,
     0xFE80, 0x17FF, 0x0017, 0x00FF, 0xFFF0, 0x0FFF, 0xFF71, 0x8EFF, 0x08CE, 0x008C,
@@ -71,8 +74,8 @@ constexpr std::uint16_t kTwoSubsets[] = {
 constexpr std::uint16_t kTwoSubsetsOfSeven[] = {
     0x00F0, 0x4444, 0x0133, 0xCC80, 0xF0FF, 0x2222, 0xFFC8, 0xCCCE, 0x3C03, 0x00EE,
     0x7700, 0x3003, 0x00CE, 0xFF80, 0x6FFF, 0x1333, 0x11FF, 0x136C, 0x00EF};
-/// For each pattern, the subset of each texel, in two bits ("Partition table for 3-subset Mode
-/// Index 3").
+/// For each pattern, two bits per texel, first texel in the lowest bits: the texel's subset
+/// ("Partition table for 3-subset Mode Index 3").
 constexpr std::uint32_t kThreeSubsets[] = {0xA5A50000, 0xAA005555, 0xAA000055, 0x0000AA55,
                                            0x25252525, 0x94949494, 0x58585858, 0x56560202,
                                            0x92929292, 0x55AA0055, 0xA05050A0};
@@ -81,7 +84,8 @@ constexpr std::size_t kUastcTexels = 16, kMostSubsets = 3, kUastcChannels = 4;
 
 struct UastcPattern {
     std::array<std::uint8_t, kUastcTexels> subset{};  ///< subset of each texel
-    /// Bit mask of the first texel of each subset, whose weight lacks the top bit.
+    /// Bit mask of the anchors: the first texel of each subset. An anchor's weight is stored
+    /// without its top bit.
     std::uint32_t anchors = 1;
 };
 
@@ -113,8 +117,8 @@ std::span<const UastcPattern> patternsOf(std::size_t mode) {
     return kPatternsOfTwo;
 }
 
-/// The parameters C and B of "Endpoint Unquantization" in ASTC. B is the bits above the lowest one,
-/// times `factor`, shifted right by `shift`.
+/// The parameters C and B of "Endpoint Unquantization" in ASTC. B consists of the bits above the
+/// lowest bit, times `factor`, shifted right by `shift`.
 struct DigitRow {
     unsigned digits, bits, c, factor, shift;
 };
@@ -123,7 +127,8 @@ constexpr DigitRow kDigitRows[] = {
     {5, 5, 6, 0x101, 3},  {3, 6, 5, 0x101, 4},
 };
 
-/// Returns the 8-bit endpoint for its packed bits and, above them, its trit or quint, if any.
+/// Returns the 8-bit value of a packed endpoint: its bits and, above the bits, its trit or quint,
+/// if any.
 constexpr std::uint8_t widenedEndpoint(const UastcMode& mode, unsigned packed) {
     const unsigned bits = mode.endpoint_bits, number = packed & ((1U << bits) - 1);
     unsigned out = bits < 4 ? 0 : number << (8 - bits) | number >> (2 * bits - 8);
@@ -145,7 +150,7 @@ constexpr auto kUastcEndpoints = [] {
 }();
 
 /// The weights of "Weight Unquantization" in ASTC, by number of bits and stored weight. The bits
-/// are repeated until there are 6. Then values above 32 are increased by 1, so that 63 becomes 64.
+/// are repeated to 6 bits. Then values above 32 are increased by 1, so that 63 becomes 64.
 constexpr auto kUastcWeights = [] {
     std::array<std::array<std::uint8_t, 32>, 6> tables{};
     for (unsigned bits = 1; bits < tables.size(); ++bits)
@@ -158,7 +163,7 @@ constexpr auto kUastcWeights = [] {
     return tables;
 }();
 
-/// A reader of the bits of a block, from the lowest on.
+/// A reader of the bits of a block, lowest bit first.
 class UastcBits {
   public:
     explicit UastcBits(std::span<const std::uint8_t, kUastcBytes> block) {
@@ -167,7 +172,7 @@ class UastcBits {
             high_ = high_ << 8U | block[8 + i];
         }
     }
-    /// Returns and removes the next bits, up to 32.
+    /// Consumes and returns the next bits, up to 32.
     unsigned take(unsigned count) {
         const auto value = static_cast<unsigned>(low_ & ((std::uint64_t{1} << count) - 1));
         low_ = low_ >> count | high_ << 1U << (63 - count);
@@ -180,8 +185,8 @@ class UastcBits {
     std::uint64_t low_ = 0, high_ = 0;
 };
 
-/// The line between the endpoints of a subset, widened to 16 bits: (start + w · step) >> 14 for a
-/// weight w from 0 to 64 ("Decoding pixel values").
+/// The line between the endpoints of a subset, widened to 16 bits. The value at weight w, from 0 to
+/// 64, is (start + w · step) >> 14 ("Decoding pixel values").
 struct UastcLine {
     std::array<std::int32_t, kUastcChannels> start{}, step{};
 
@@ -192,8 +197,8 @@ struct UastcLine {
     }
 };
 
-/// Reads "Endpoint encoding": first all trits or quints, several packed in a number, then all bits.
-/// For each subset and channel, the low endpoint comes before the high endpoint.
+/// Reads "Endpoint encoding": first all trits or quints, several packed into a number, then all
+/// bits. For each subset and channel, the low endpoint comes before the high endpoint.
 std::array<UastcLine, kMostSubsets> takeEndpoints(UastcBits& bits, std::size_t index, bool srgb) {
     const UastcMode& mode = kUastcModes[index];
     constexpr std::size_t kMost = 2 * kMostSubsets * kUastcChannels;

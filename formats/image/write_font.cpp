@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// write_font TTF FILE: rasterises a monospaced font when peeler is built, and writes a Font as a
-// memory image, which font.cpp embeds.
+// write_font TTF FILE: a build-time program that rasterises a monospaced font.
+//
+// Writes a Font as a memory image, which font.cpp embeds.
 #include <ft2build.h>
 #include FT_FREETYPE_H
 
@@ -20,8 +21,8 @@ void check(FT_Error error, const std::string& what) {
     if (error != 0) throw std::runtime_error(what + ": FreeType error " + std::to_string(error));
 }
 
-/// Rasterises the printable ASCII characters with an em of ten dots, so that capitals are about
-/// seven dots high.
+/// Rasterises the printable ASCII characters at ten dots per em, so that capitals are about seven
+/// dots high.
 template <int S>
 void rasterise(FT_Face face, Glyphs<S>& glyphs) {
     check(FT_Set_Pixel_Sizes(face, 0, 10 * S), "cannot set the size");

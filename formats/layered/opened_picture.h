@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Opened pictures, OpenEXR or arrays. The file's content chooses the reader.
+// Opened pictures, OpenEXR or arrays.
 #pragma once
 
 #include <memory>
@@ -15,10 +15,10 @@ namespace peeler {
 /// (kInput) if the file cannot be read.
 bool isPictureFile(const std::string& path);
 
-/// An open picture with its metadata, which decides how to read it.
+/// An open picture with its metadata. The file's content determines the reader.
 class OpenedPicture {
   public:
-    /// Throws like OpenedExr and PictureArrays.
+    /// Throws the errors of OpenedExr and PictureArrays.
     explicit OpenedPicture(const std::string& path, const LayeredReadOptions& options = {});
 
     const ExrInfo& info() const { return exr_ ? exr_->info : arrays_->info(); }
@@ -34,14 +34,14 @@ class OpenedPicture {
 
 /// Open layered files in any layout, deep files, layers in arrays, and flat pictures of other
 /// programs as one layer. Throw Error (kInput), with path and part as `where`, if there are no
-/// fragments to read (as in peeler's composites), and (kUsage) if the options choose a part or view
-/// that does not exist.
+/// fragments to read (as in a composite by peeler), Error (kUsage) if the options choose a part or
+/// view that does not exist.
 std::unique_ptr<LayeredInput> openLayered(const std::string& path,
                                           const LayeredReadOptions& options = {});
 std::unique_ptr<LayeredInput> openLayered(OpenedPicture opened);
 /// Opens a composite by peeler as pixels: one entry per pixel, with Z = +inf where there is no
-/// fragment. The plan has the number of layers, but not their windows. Throws Error (kInput) if the
-/// picture is not such a composite.
+/// fragment. The plan has the number of layers, but not the layers' windows. Throws Error (kInput)
+/// if the picture is not a composite by peeler.
 std::unique_ptr<LayeredInput> openComposite(OpenedPicture opened);
 
 }  // namespace peeler

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writer of the viewer page. Fragments are packed in 18 bytes each (3 more with coloured opacity, 4
-// with object ids, 4 with material ids), as differences, which DEFLATE compresses well.
+// Writer of the viewer page.
+//
+// Fragments are packed in 18 bytes each (3 more with coloured opacity, 4 with object ids, 4 with
+// material ids), as differences, which DEFLATE compresses well.
 #include "formats/page/html_view_writer.h"
 
 #include <libdeflate.h>
@@ -36,18 +38,20 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Rgba = std::array<float, 4>;
 
-/// The bytes per fragment before compression: without colour and ids, and for each kind of id.
+/// The bytes per fragment before compression: kPlanes without colour and ids; kIdPlanes for each
+/// kind of id.
 constexpr std::size_t kPlanes = 14, kIdPlanes = 4;
-/// The bytes of memory per fragment in finish(), and the additional bytes if there are ids.
+/// The bytes of memory per fragment in finish(): kScratch without ids; kIdScratch in addition if
+/// there are ids.
 constexpr std::uint64_t kScratch = 84, kIdScratch = 2 * kIdPlanes;
 
-/// The fragments in the order of the page: layer by layer, row by row.
+/// The fragments in the page's order: layer by layer, row by row.
 struct LayerOrder {
     struct Place {
         std::uint32_t fragment, pixel;
     };
     std::vector<Place> places;
-    std::vector<std::uint64_t> ends;  ///< index in `places` at which each layer ends
+    std::vector<std::uint64_t> ends;  ///< index in `places` of the end of each layer
 };
 
 LayerOrder orderByLayer(const LayeredImage& image, const PixelRays& rays) {
@@ -87,7 +91,7 @@ struct Range {
         const double share = std::clamp((value - low) / (high - low), 0.0, 1.0);
         return static_cast<std::uint16_t>(std::lround(65535 * share));
     }
-    /// Returns the range; slightly enlarges it if its length is zero.
+    /// Returns the range, slightly enlarged if its length is zero; 0 to 1 if it is empty.
     Range widened() const {
         if (!(low <= high)) return {0, 1};
         return {low, high > low ? high : low + std::max(1e-6, 1e-6 * std::abs(low))};
@@ -114,11 +118,12 @@ struct PackedFragment {
     std::array<std::uint32_t, kIdKinds.size()> ids{};
 };
 
-/// A packer of fragments in byte planes, each value as the difference from a prediction. The planes
-/// are: pixel (4 bytes); the upper left corner, the lower left corner, the rise from the upper left
-/// to the upper right, and the additional rise of the lower right (2 each); colour (4, or 7 with
-/// opacity per channel); the code of the fragment's own depth less the mean of its corners (2); and
-/// the ids, if any (4 each). unpack() in page_drawing.js reverses the packing.
+/// A packer of fragments in byte planes. Each value is stored as the difference from a prediction.
+/// The planes are: pixel (4 bytes); the upper left corner, the lower left corner, the rise from the
+/// upper left to the upper right corner, and the additional rise of the lower right corner (2 bytes
+/// each); colour (4, or 7 with opacity per channel); the code of the fragment's own depth less the
+/// mean of its corners (2); and the ids, if any (4 each). unpack() in page_drawing.js reverses the
+/// packing.
 class Packer {
   public:
     Packer(std::size_t count, bool tinted, const std::array<bool, kIdKinds.size()>& ids)
@@ -133,7 +138,7 @@ class Packer {
         plane_ = 0;
         put(fragment.pixel - last_.pixel, 4);
         // On a surface, the left corners equal the right corners of the previous fragment, and the
-        // slope changes little. So the stored differences are small.
+        // slope changes little, so the stored differences are small.
         const auto& corners = fragment.corners;
         const std::uint32_t rise = corners[kUpperRight] - std::uint32_t{corners[kUpperLeft]};
         put(corners[kUpperLeft] - std::uint32_t{last_.corners[kUpperRight]}, 2);
@@ -207,8 +212,8 @@ std::string scriptText(const Json& value) {
     return text;
 }
 
-/// Returns the bytes of a colour as the page stores it: premultiplied sRGB after the display
-/// transform, alpha, and the opacity of each channel. `color` is linear and premultiplied.
+/// Returns a colour as the page stores it: premultiplied sRGB after the display transform, alpha,
+/// and the opacity of each channel. `color` is linear and premultiplied.
 EncodedColor encodedColor(const TintedColor& color, const Display& display) {
     const Rgba shown = display.shown(untinted(color));
     const auto byte = [](float value) {
@@ -222,8 +227,8 @@ EncodedColor encodedColor(const TintedColor& color, const Display& display) {
     return bytes;
 }
 
-/// Returns the exposure in stops. An automatic exposure is metered from the composite of the
-/// layers, unless the view is a part of a picture.
+/// Returns the exposure in stops. Automatic exposure is metered from the composite of the layers,
+/// unless the view is a part of a picture.
 float exposureOf(const OutputOptions& options, const LayeredImage& image, const View& view) {
     if (!options.automatic_exposure || isPart(view)) return options.exposure;
     CompositeImage composite;
@@ -234,7 +239,7 @@ float exposureOf(const OutputOptions& options, const LayeredImage& image, const 
 }
 
 /// Returns the axis around which the page turns the layers: world +Y in camera space or, if the
-/// camera looks along it, the picture's up direction.
+/// camera looks along world Y, the picture's up direction.
 glm::dvec3 turningAxis(const View& view) {
     const glm::dvec3 up(view.camera_to_world[0].y, view.camera_to_world[1].y,
                         view.camera_to_world[2].y);
@@ -269,12 +274,12 @@ Json describeView(const View& view, const LayeredImage& image, const LayerOrder&
             {"range", {codes.low, codes.high}},
             {"depths", {shown.low, shown.high}},
             {"distance", distance},
-            // The corners of cells lie a little farther out than the samples.
+            // The corners of cells lie slightly farther from the centre than the samples.
             {"radius", 1.05 * radius + 0.01 * std::abs(distance)},
             {"layerEnds", order.ends}};
 }
 
-/// Returns the ids in use with their names; null for an id without a name.
+/// Returns the ids in use with their names. An id without a name has null.
 Json namesOf(const FragmentChannel& ids, const LayerOrder& order,
              const std::vector<std::string>& names) {
     std::set<std::uint32_t> used;

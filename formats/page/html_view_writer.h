@@ -14,12 +14,14 @@ namespace peeler {
 
 /// A writer of a self-contained HTML file: the packed cells of all fragments
 /// (core/views/surface_cells.h), and a page that draws them with WebGL 2
-/// (formats/page/view_page.html). Colours are 8-bit sRGB, premultiplied and clipped per fragment,
-/// with exposure and tone map applied (Display). If the background is all zeros, the page uses its
-/// own. Each fragment has its depth and the depths of its cell's corners, in 16 bits, as log2 Z for
-/// a perspective camera. The page includes object and material ids if the fragments have them, with
-/// their names from `options`. Holds the picture until finish(), which takes about another 90 bytes
-/// per fragment.
+/// (formats/page/view_page.html).
+///
+/// Colours are 8-bit sRGB, premultiplied and clipped per fragment, with exposure and tone map
+/// applied (Display). If the background is all zeros, the page uses a background of its own. Each
+/// fragment has its depth and the depths of its cell's corners, in 16 bits, as log2 Z for a
+/// perspective camera. The page includes object and material ids if the fragments have ids;
+/// `options` holds their names. Keeps the picture until finish(), which takes about another 90
+/// bytes per fragment.
 class HtmlViewWriter : public Sink {
   public:
     /// Throws Error (kUsage) if there is no tone map of this name.
@@ -42,8 +44,8 @@ class HtmlViewWriter : public Sink {
 };
 
 /// Returns the viewer page, formats/page/view_page.html, which is embedded when peeler is built.
-/// The caller replaces {{hash}} with the output hash, {{view}} with the JSON, {{fragments}} with
-/// the data, {{drawing}} and {{controls}} with the scripts.
+/// HtmlViewWriter replaces {{hash}} with the output hash, {{view}} with the JSON, {{fragments}}
+/// with the data, {{drawing}} and {{controls}} with the scripts.
 std::string_view viewPage();
 /// Returns the script that unpacks and draws fragments, formats/page/page_drawing.js.
 std::string_view pageDrawing();
