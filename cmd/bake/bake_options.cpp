@@ -50,7 +50,6 @@ auto integers(int least, int most) {
     };
 }
 
-/// Whether any shown surface emits light.
 bool showsEmission(const PosedScene& posed) {
     return std::ranges::any_of(posed.meshes(), [&](const MeshInstance& instance) {
         return std::ranges::any_of(posed.primitives(instance), [&](const Primitive& primitive) {

@@ -45,8 +45,8 @@ struct BakeOptions {
     bool dry_run = false;
     bool values_alone = false;  ///< write a .glb in which viewers show only the values
     BakeSettings settings;
-    std::optional<BakeTarget> target;  ///< none = kTexture for .exr and .png, else kVertices
-    /// The UV set, texels per side, padding in texels, and light bounces; none = the default.
+    std::optional<BakeTarget> target;  ///< default: kTexture for .exr and .png, otherwise kVertices
+    /// `size` is in texels per side, `padding` in texels.
     std::optional<int> uv_set, size, padding, bounces;
     Faces faces = Faces::kBoth;
 
@@ -71,8 +71,7 @@ nlohmann::json bakeSettings(const BakeOptions& options);
 /// Throws Error (kUsage) if the scene has no light source for irradiance.
 void checkBakedLight(const PosedScene& posed);
 
-/// Whether the quantity is a kind of occlusion, which darkens surfaces and fits a material's
-/// occlusion texture.
+/// Whether the quantity fits a material's occlusion texture.
 bool isOcclusion(BakeQuantity quantity);
 
 }  // namespace peeler::cmd

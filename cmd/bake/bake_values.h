@@ -22,8 +22,8 @@ ValueRange rangeOf(std::span<const float> values);
 
 /// A mapping from values to display values, 0 to 1. Ambient occlusion and sky visibility are
 /// unchanged. A bent normal n becomes (n + 1) / 2. Thickness is divided by the maximum. Irradiance
-/// is divided by π, which gives the radiance that a white diffuse surface reflects. This radiance
-/// is clipped at 1 when stored.
+/// is divided by π; the quotient is the radiance that a white diffuse surface reflects, clipped at
+/// 1 when stored.
 class ShownValues {
   public:
     ShownValues(BakeQuantity quantity, const ValueRange& range);
@@ -37,8 +37,8 @@ class ShownValues {
 std::string attributeOf(BakeQuantity quantity);
 
 /// Returns the values at the receivers `vertices`, grouped by node and primitive. COLOR_0 holds the
-/// linear display value; occlusion is multiplied into an existing colour. Instances of a node
-/// (EXT_mesh_gpu_instancing) get the mean of their values.
+/// linear display value, multiplied with the primitive's own colour if `quantity` is an occlusion.
+/// Instances of a node (EXT_mesh_gpu_instancing) get the mean of their values.
 std::vector<BakedPrimitive> bakedPrimitives(const PosedScene& posed,
                                             const VertexReceivers& vertices,
                                             std::span<const float> values, BakeQuantity quantity,

@@ -15,8 +15,8 @@ namespace {
 // Bytes for the file's buffer, and for code pages first touched while writing.
 constexpr std::uint64_t kWritingBytes = std::uint64_t{4} << 20;
 
-/// The memory for textures of `texels` texels and `components` components, of which `kept` are in
-/// memory at a time.
+/// The memory for textures of `texels` texels with `components` components each. `kept` textures
+/// are in memory at the same time.
 struct Textures {
     std::uint64_t texels, components, kept;
 
@@ -32,8 +32,8 @@ struct Textures {
         const std::uint64_t picture = texels * components * bytes;
         return numbers() + 3 * picture + imageEncoderBytes("png", picture);
     }
-    /// Returns the bytes needed while writing an EXR: a texture's compressed chunks, and the chunks
-    /// being compressed.
+    /// Returns the bytes needed while writing an EXR: the kept textures, the compressed chunks of
+    /// one texture, and the chunks being compressed.
     std::uint64_t exr(std::uint64_t side) const {
         const std::uint64_t chunk = side * kExrRowsPerChunk * components * sizeof(float);
         return (kept + 1) * numbers() + 2 * chunk * static_cast<std::uint64_t>(threadCount());

@@ -49,8 +49,8 @@ bool isShards(const fs::path& output) {
     return lowerExtension(output) == ".tar";
 }
 
-/// Replaces each output that has a frame-number pattern by the outputs of all frames. Shards keep
-/// their names, because their numbers are unknown.
+/// Replaces each output that has a frame-number pattern by one output per frame. Shards keep their
+/// pattern, because the number of shards is unknown.
 void nameFrames(const std::string& list, const Shard& chunk, Job& job) {
     const std::vector<int> frames = parseFrames(list);
     const auto [first, end] = chunk.of(frames.size());

@@ -24,15 +24,15 @@ struct Job {
     std::size_t line = 0;  ///< line number in the job file, from 1
     std::string id;        ///< id of the job; "" = none
     std::string verb;
-    std::vector<std::string> arguments;  ///< arguments of the verb
+    std::vector<std::string> arguments;
     /// The hash of the line without its id, in hexadecimal digits. The hash does not depend on the
     /// order of keys.
     std::string hash;
-    /// All output files; for sequences, one per frame. A name whose numbers are not frames keeps
-    /// its pattern.
+    /// All output files; for sequences, one per frame. Patterns for other numbers, such as views,
+    /// stay in the names.
     std::vector<std::filesystem::path> outputs;
-    // Whether the batch adds the option, because the verb has the option and the job does not set
-    // it.
+    // Whether the batch adds --json, --quiet, --threads or --memory. It adds only options that the
+    // verb has and the job does not set.
     bool wants_json = false, wants_quiet = false, wants_threads = false, wants_memory = false;
 };
 

@@ -107,7 +107,7 @@ std::vector<Json> readBatchReport(const fs::path& path, std::size_t* whole) {
         }
         lines.push_back(std::move(line));
     }
-    // A truncated result also begins with {"job":. Any other text is not a result.
+    // A partial line is accepted only if it begins like a result.
     if (at < text.size() && lines.empty() && !text.starts_with("{\"job\":")) {
         throw Error(ErrorKind::kUsage, "this file contains no batch results",
                     "--report " + path.string(), "choose another name for the report");
@@ -155,7 +155,7 @@ void BatchReport::readLines() {
 
 void BatchReport::add(const Json& line) {
     const std::string text = lineText(line);
-    // The line is written in a single call, so that a kill leaves at most a partial line.
+    // A single call usually writes the whole line, so that a kill leaves at most a partial line.
     for (std::size_t done = 0; done < text.size();) {
         const ssize_t count = write(file_, text.data() + done, text.size() - done);
         if (count < 0 && errno == EINTR) continue;

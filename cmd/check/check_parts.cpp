@@ -17,7 +17,7 @@ namespace {
 /// The maximum number of places that are listed and marked per kind of fault.
 constexpr std::size_t kPlaces = 100;
 
-/// The shares of a part's usual time by which its stages end: topology, crossings, volumes.
+/// The progress of a part, from 0 to 1, at the end of each stage.
 constexpr double kTopologyEnd = 0.12, kCrossingsEnd = 0.25, kVolumesEnd = 0.28, kWallEnd = 0.95;
 
 /// Returns a progress callback that maps a stage's share to the range from `begin` to `end`.
@@ -49,7 +49,7 @@ class PartChecker {
     }
 
   private:
-    /// Welds points of open edges. Other points need no welding, so a closed part stays as it is.
+    /// Welds points of open edges. Leaves a closed part as it is.
     void weld() {
         report_.weld = settings_.weld.value_or(kTouching * report_.mesh.size());
         report_.was_open = !report_.topology.closed();
@@ -70,8 +70,9 @@ class PartChecker {
                                            between(progress_, kCrossingsEnd, kVolumesEnd));
     }
 
-    /// Finds the thinnest wall, and the thinnest one with a crossed face if it is thinner. Both are
-    /// uncertain if there are too many crossings to determine the union.
+    /// Finds the thinnest wall between faces that no surface crosses. If a wall with a crossed face
+    /// is thinner, sets `crossed_wall`, too. Finds no wall if there are too many crossings to
+    /// determine the union.
     void findWall(const TriangleTree& tree) {
         FoundWall& found = report_.found_wall;
         found.certain = !report_.crossings.more && (report_.union_volume || !report_.volume);
@@ -132,7 +133,6 @@ class PartChecker {
 
     void addWall() {
         const std::optional<Wall>& wall = report_.wall();
-        // kWallTolerance is the relative error of the thickness.
         if (wall && wall->thickness < *settings_.least_wall * (1 - kWallTolerance))
             add(PartProblem::kThinWall, 1, {wall->from});
         else if (!report_.found_wall.certain)
@@ -293,7 +293,7 @@ CheckReport checkParts(const PosedScene& posed, const CheckSettings& settings,
         report.bounds.min = glm::min(report.bounds.min, box.min);
         report.bounds.max = glm::max(report.bounds.max, box.max);
     }
-    // Progress counts triangles. The overlaps of several parts take a fifth of the parts' time.
+    // Progress is proportional to triangles. With several parts, checkOverlaps() adds a fifth.
     const double all = static_cast<double>(triangles + 1) * (report.parts.size() > 1 ? 1.2 : 1);
     for (PartReport& part : report.parts) {
         const double begin = static_cast<double>(done) / all;

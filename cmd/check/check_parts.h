@@ -14,7 +14,8 @@ struct CheckSettings {
     bool together = false;             ///< whether to weld all parts into one
     double metres = 1;                 ///< metres per scene unit
     std::optional<double> least_wall;  ///< scene units
-    /// Distance within which points of open edges are welded, scene units. None: kTouching.
+    /// Welding distance for points of open edges, scene units; default: kTouching times the part's
+    /// size.
     std::optional<double> weld;
 };
 

@@ -94,7 +94,7 @@ const ProblemWords& wordsOf(PartProblem kind) {
     return *std::ranges::find(kProblems, kind, &ProblemWords::kind);
 }
 
-/// Formatting of quantities in one unit.
+/// A formatter of quantities in one unit.
 class Units {
   public:
     explicit Units(const ShownUnit& unit) : unit_(unit) {}
@@ -116,7 +116,8 @@ class Units {
   private:
     static constexpr double kNearZero = 1e-12;  // scene units
 
-    /// Returns a number of scene units to a power, in the shown unit.
+    /// Converts `value`, in scene units to the power `power`, to the shown unit. Returns it as
+    /// text.
     std::string number(double value, int power) const {
         for (int i = 0; i < power; ++i)
             value *= unit_.per_scene_unit;

@@ -48,17 +48,17 @@ struct PartReport {
     std::string name;            ///< name of the part's node
     int node = -1;               ///< index of the node; −1 = all parts joined
     std::uint32_t instance = 0;  ///< index among the node's instances
-    PartMesh mesh;               ///< as in the scene, after welding
+    PartMesh mesh;               ///< welded; triangles oriented as in the scene
     bool was_open = false;       ///< whether there were open edges before welding
     double weld = 0;             ///< tolerance of welding, scene units
     std::uint64_t welded_points = 0;
-    PartMesh turned;  ///< with triangles oriented outwards
+    PartMesh turned;  ///< `mesh` with triangles oriented outwards
     PartTopology topology;
     std::vector<ShellSide> sides;
     Crossings crossings;
     double area = 0;
     std::optional<double> volume, union_volume;  ///< closed parts only; cubic scene units
-    FoundWall found_wall;                        ///< between faces that nothing crosses
+    FoundWall found_wall;                        ///< between faces that no surface crosses
     /// The thinnest wall of all, if a surface crosses one of its faces.
     std::optional<Wall> crossed_wall;
     std::vector<PartEdge> sharp;  ///< edges with an angle below kWallAngle
@@ -88,7 +88,6 @@ struct CheckReport {
     std::vector<PartReport> parts;
     double metres = 1;  ///< metres per scene unit
     ShownUnit unit;
-    /// Overlaps between parts.
     std::vector<PartOverlap> overlaps;
     bool more = false;  ///< whether `overlaps` is incomplete
     /// Set only if all parts are closed; cubic scene units.

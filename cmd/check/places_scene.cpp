@@ -78,7 +78,6 @@ class PlacesScene {
     Scene scene_;
 };
 
-/// Adds a low-polygon sphere.
 void addBall(Primitive& primitive, const glm::dvec3& middle, double radius) {
     constexpr int kAround = 12, kAcross = 6;
     const auto at = [&](int i, int j) {

@@ -13,7 +13,6 @@ namespace peeler::cmd {
 /// Returns a new scene that shows the parts in pale colours and all faulty places in bright ones.
 Scene placesScene(const CheckReport& report);
 
-/// Returns the legend for placesScene().
 std::vector<LegendLine> placesLegend(const CheckReport& report);
 
 }  // namespace peeler::cmd

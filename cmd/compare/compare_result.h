@@ -30,7 +30,7 @@ struct ThresholdResult {
 
 struct HeatmapResult {
     std::string path;
-    double color = 0;         ///< the colour difference that the top of the colour ramp shows
+    double color = 0;         ///< the colour difference at the top of the colour ramp
     std::uint32_t count = 0;  ///< the largest difference in fragment counts
 };
 
@@ -56,7 +56,6 @@ struct Comparison {
 /// Returns the result for every threshold that applies to the comparison.
 std::vector<ThresholdResult> judge(const Comparison& comparison, const Thresholds& thresholds);
 
-/// Returns the comparison as human-readable lines.
 std::string toText(const Comparison& comparison, const std::optional<HeatmapResult>& heatmap);
 
 /// Returns the comparison as JSON (cmd/README.md, "JSON"). Infinite numbers are the strings "inf"

@@ -21,7 +21,7 @@ struct BandUse {
     std::uint64_t layers = 0;  ///< number of layers that the outputs use
 };
 
-/// Returns the memory for bands with the same arrays as `band`, without the arrays made from them.
+/// Returns `list_bytes` and `array_bytes` for the arrays of `band`; the other members are 0.
 BandUse noUseOf(const LayeredImage& band);
 
 /// A function that returns the memory used when bands have `rows` rows.

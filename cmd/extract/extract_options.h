@@ -38,8 +38,8 @@ struct ExtractOptions {
 /// Declares all options of the verb. `options` must outlive the parse.
 void addExtractOptions(VerbOptions& verb, ExtractOptions& options);
 
-/// Throws Error (kUsage) if the options contradict each other, regardless of the picture, and Error
-/// (kOutput) if a file cannot be written.
+/// Throws Error (kUsage) if the options contradict each other, and Error (kOutput) if a file cannot
+/// be written. Does not need the picture.
 void checkExtractOptions(const ExtractOptions& options);
 
 }  // namespace peeler::cmd

@@ -105,8 +105,7 @@ SinkMemory LayerFiles::memory(const Plan& whole, int rows, std::uint64_t fragmen
         most.bytes = std::max(most.bytes, open.bytes + shared);
         most.pixel_bytes = std::max(most.pixel_bytes, open.pixel_bytes);
     }
-    // This memory is for the layer being written and for the growing list of its fragments'
-    // indices.
+    // Memory for the layer being written, and for the growing list of its fragments' indices.
     most.pixel_bytes += pixel + 3 * sizeof(std::uint32_t);
     return most;
 }

@@ -38,7 +38,6 @@ class LayerFiles {
     /// fails.
     void finish(StageTimes& times);
 
-    /// Returns the forecast size of a layer's file.
     SizeForecast forecast(const Plan& whole, std::size_t layer) const;
 
     /// Returns the maximum memory of all files that are open at the same time, without the band.

@@ -11,7 +11,7 @@ namespace peeler::cmd {
 
 namespace {
 
-/// Throws Error (kUsage) for the strict, or reports a warning.
+/// Throws Error (kInput) if `strict`, otherwise prints a warning.
 void warnOrRefuse(bool strict, const std::string& what, const std::string& where,
                   Reporter& reporter) {
     if (strict) throw Error(ErrorKind::kInput, what, where, "leave --strict out to accept this");

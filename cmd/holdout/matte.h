@@ -14,16 +14,16 @@ namespace peeler::cmd {
 /// The fragments that hold a picture out.
 class Matte {
   public:
-    /// Opens the file `options.scene.file`, or renders it if it is a scene: with the picture's
-    /// camera and samples per pixel, at the picture's time. `picture` has the headers of the
-    /// picture. Throws Error (kUsage) if the sizes differ, or a scene is given for a picture
-    /// without a camera. Warns if cameras differ or the matte covers only a part of the picture.
-    /// Otherwise throws like openInput() and GlRenderer::capture().
+    /// Opens `options.scene.file`. If the file is a scene, renders it with the picture's camera,
+    /// samples per pixel and time. `picture` has the headers of the picture. Throws Error (kUsage)
+    /// if the sizes differ, or a scene is given for a picture without a camera. Warns if cameras
+    /// differ or the matte covers only a part of the picture; throws Error (kInput) instead if
+    /// `reading.strict`. Otherwise throws like openInput() and GlRenderer::capture().
     Matte(const CaptureJobOptions& options, const ExrInfo& picture,
           const LayeredReadOptions& reading, Session& session);
 
-    /// Returns the matte's fragments in the rows of a window. The result may have a smaller window,
-    /// because the matte may cover only a part of the picture.
+    /// Returns the matte's fragments in a window. The result has a smaller window if a file covers
+    /// only a part of the picture, and is the whole matte if a scene was rendered.
     const LayeredImage& read(const Window& window);
 
   private:

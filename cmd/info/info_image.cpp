@@ -32,7 +32,7 @@ constexpr const char* kPixelTypes[] = {"half", "float", "uint"};
 struct ImageFacts {
     ExrInfo info;
     bool layered = false;
-    std::vector<LayerPlan> layers;         ///< layers with the data windows that the file stores
+    std::vector<LayerPlan> layers;         ///< pixel counts, and the data windows in the header
     std::vector<std::uint64_t> histogram;  ///< element n: the number of pixels with n fragments
     std::uint64_t fragments = 0;
     /// Statistics of the points; set only if the camera is known.
@@ -60,7 +60,7 @@ void readLayers(OpenedPicture opened, ImageFacts& facts, Reporter& reporter) {
     facts.fragments = complexity.counted();
     facts.histogram = complexity.histogram();
     facts.layers = complexity.layers();
-    // The file may have layers without pixels.
+    // Adds the layers without pixels.
     facts.layers.resize(std::max(facts.layers.size(), facts.info.plan.layers.size()));
     for (std::size_t k = 0; k < facts.info.plan.layers.size(); ++k)
         facts.layers[k].data_window = facts.info.plan.layers[k].data_window;
@@ -199,7 +199,8 @@ std::string cameraText(const View& view) {
            size.data() + ", at " + vectorText(eye) + " looking along " + vectorText(forward) + '\n';
 }
 
-/// Returns a line per element that was merged. Other programs may have changed the attribute.
+/// Returns a line for each element of a merge. Skips malformed entries, because other programs may
+/// have changed the attribute.
 std::string elementsText(const Provenance& p) {
     const nlohmann::json elements = parseJsonOrNull(p.elements);
     if (!elements.is_array()) return "";

@@ -12,7 +12,7 @@ namespace peeler::cmd {
 struct InfoOptions {
     std::filesystem::path file;
     bool json = false;
-    SceneOptions scene;  ///< options for a scene
+    SceneOptions scene;
     AppearanceOptions appearance;
     /// Options for an image. `strict` is ignored; `scene.reading.strict` applies to images, too.
     LayeredReadOptions image;

@@ -98,7 +98,6 @@ std::vector<ExtensionUse> extensionsOf(const Scene& scene) {
     return uses;
 }
 
-/// Facts about a scene, including some that Scene does not contain.
 struct SceneFacts {
     Scene scene;
     std::optional<Assumed> assumed;

@@ -10,9 +10,9 @@
 
 namespace peeler::cmd {
 
-/// A child process that runs this program with other arguments and an empty stdin. This process
-/// reads the child's stdout and stderr. The child gets a SIGTERM when this process ends for any
-/// reason. The destructor ends the child if it is still running.
+/// A child process that runs this program with other arguments and an empty stdin. The parent reads
+/// the child's stdout and stderr. The child gets a SIGTERM when the parent ends for any reason. The
+/// destructor ends the child if it is still running.
 class ChildProcess {
   public:
     /// Throws Error (kInternal) if the system cannot create another process or pipe.
@@ -41,7 +41,6 @@ class ChildProcess {
     const std::string& out() const { return out_.text; }
     /// Returns the last 64 KiB of the process's stderr.
     const std::string& err() const { return err_.text; }
-    /// Returns the running time of the process.
     double milliseconds() const { return milliseconds_; }
 
   private:

@@ -48,8 +48,8 @@ std::string unescaped(const std::string& text) {
     return out;
 }
 
-/// Returns the path of the group `path` below the mounted group `top`; "/" if the mount does not
-/// contain it.
+/// Returns the path of the group `path` relative to the mounted group `top`; "/" if `path` is not
+/// below `top`.
 fs::path below(const std::string& top, const std::string& path) {
     const fs::path relative = fs::path(path).lexically_normal().lexically_relative(top);
     if (relative.empty() || relative == "." || *relative.begin() == "..") return "/";

@@ -25,8 +25,8 @@ class Cgroups {
 
     /// Returns the process's own group, then its ancestors as far as they are mounted. `controller`
     /// is a version 1 controller ("memory"), or "" for the version 2 hierarchy. Empty if the
-    /// hierarchy is not mounted. In a container, the container's own group may look like the root;
-    /// limits above it are then invisible.
+    /// hierarchy is not mounted. In a container, the container's own group may look like the root.
+    /// Limits of the groups above are then invisible.
     std::vector<Cgroup> of(const std::string& controller) const;
 
   private:
@@ -36,9 +36,9 @@ class Cgroups {
         std::string name;  ///< path of the process's group
     };
     struct Mount {
-        std::string controllers;  ///< comma-separated mount options, which include the controllers
+        std::string controllers;  ///< comma-separated mount options, including the controllers
         std::string top;          ///< path of the group that is mounted
-        std::string point;        ///< the mount point
+        std::string point;
     };
     static std::optional<Membership> membershipIn(const std::string& line);
     static std::optional<Mount> mountIn(const std::string& line);

@@ -104,7 +104,7 @@ std::string bashValue(const OptionDescription& option) {
 
 std::string bashCase(const CommandDescription& command, const std::vector<std::string>& verbs) {
     std::vector<std::string> options;
-    // The key is an assignment from bashValue(), the value a pattern of option names.
+    // Keys: assignments from bashValue(). Values: patterns of option names.
     std::map<std::string, std::string> names;
     std::string arguments = verbs.empty() ? "" : " words='" + joined(verbs, " ") + '\'';
     for (const OptionDescription& option : command.options) {

@@ -14,7 +14,7 @@ namespace peeler::cmd {
 
 class VerbOptions;
 
-/// The values of --rgb and of the options that apply only to its pictures.
+/// The values of --rgb and of the options for its pictures.
 struct MaskPictureOptions {
     bool asked = false;
     OutputRequest output;  ///< background, exposure, tone map
@@ -28,7 +28,7 @@ void addMaskPictureOptions(VerbOptions& verb, MaskPictureOptions& options, Captu
 /// Throws Error (kUsage) if an option for pictures is given without --rgb.
 void checkMaskPictureOptions(const VerbOptions& verb, const MaskPictureOptions& options);
 
-/// A writer of composites as `peeler render` writes them, of the views that are masked.
+/// A writer of the masked views' composites, as `peeler render` writes them.
 class MaskPictures {
   public:
     /// `capture` has the settings that masks and pictures share. All arguments must outlive this

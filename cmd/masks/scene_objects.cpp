@@ -25,7 +25,7 @@ constexpr Choice<ObjectsBy> kObjectsBy[] = {
      "one per node with a mesh, and one per instance of it (EXT_mesh_gpu_instancing)"},
     {"material", ObjectsBy::kMaterial, "one per material"},
 };
-/// Values that are not names, for the help.
+/// Values of --by other than those in kObjectsBy, for the help.
 constexpr const char* kPatterns[] = {
     "glob:GLOB,...: one per glob, of the nodes with a matching name and their descendants; the "
     "first match counts; may be repeated",
@@ -64,7 +64,7 @@ void takeObjects(std::string_view text, ObjectsRequest& request) {
     request.by = row->value;
 }
 
-/// Adds an object with its number, by default its position. Returns its position, from 1.
+/// Adds an object with this number (0: the object's position). Returns the position, from 1.
 std::uint32_t addObject(std::string name, SceneObjects& found, std::size_t number = 0) {
     const std::size_t position = found.objects.size() + 1;
     found.objects.push_back(

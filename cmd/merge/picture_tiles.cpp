@@ -31,7 +31,8 @@ std::string channelsText(const LayeredImage& image) {
     return text.empty() ? "none" : text.substr(0, text.size() - 2);
 }
 
-/// Adds a file to the list of elements. If it is itself a merged file, adds its elements instead.
+/// Adds a file to the list of elements. If the file is itself a merge, adds the file's elements
+/// instead.
 void addElement(const PictureTile& tile, nlohmann::json& elements) {
     const Provenance& own = tile.info().provenance;
     const nlohmann::json merged = parseJsonOrNull(own.elements);
@@ -154,7 +155,7 @@ void addToIds(LayeredImage& image, const std::string& channel, std::uint32_t fir
     }
 }
 
-/// Adds channel opacities to colours, all equal to A.
+/// Adds the opacities AR, AG and AB, all equal to A.
 void addOpacities(LayeredImage& image) {
     FragmentArray colors{colorNames(true), image.color.type, {}};
     colors.data.resize(image.fragments() * colors.stride());
@@ -163,8 +164,8 @@ void addOpacities(LayeredImage& image) {
     image.color = std::move(colors);
 }
 
-/// Whether to merge the tiles as composites. This requires that every tile has a composite and none
-/// has layers. If all tiles are layered files without fragments, `wanted` decides.
+/// Whether to merge the tiles as composites: every tile has a composite, and no tile has layers. If
+/// all tiles are layered files without fragments, `wanted` decides.
 bool areComposites(const std::vector<OpenedPicture>& opened, bool wanted) {
     const auto flat = [](const OpenedPicture& tile) {
         return tile.info().composite >= 0 && tile.info().layers.empty() && tile.info().deep.empty();

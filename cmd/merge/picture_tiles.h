@@ -18,7 +18,7 @@ namespace peeler::cmd {
 struct PictureTile {
     std::string path;
     std::unique_ptr<LayeredInput> input{};
-    LayeredImage arrays{};  ///< the tile's first row, which has the names and types of its arrays
+    LayeredImage arrays{};  ///< the tile's first row, for the names and types of its arrays
     /// The offsets added to the file's object and material ids, which make ids unique among
     /// elements.
     std::uint32_t first_object = 0, first_material = 0;
@@ -40,8 +40,8 @@ class PictureTiles {
     /// other tiles; if no tile has fragments, `composites_wanted` decides. Throws Error (kInput) if
     /// a tile was not written by peeler, or the files do not belong to one picture; warns about
     /// lesser differences. Elements may come from different scenes, settings and programs, but must
-    /// not be composites. They must share size, precision, channels and, if known, the camera.
-    /// Their ids are renumbered, as in provenance().
+    /// not be composites. Elements must share size, precision, channels and, if known, the camera.
+    /// Their ids are renumbered.
     PictureTiles(const std::vector<std::filesystem::path>& paths, Parts parts,
                  const LayeredReadOptions& reading, bool composites_wanted, Reporter& reporter);
 

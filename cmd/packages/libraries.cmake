@@ -13,7 +13,8 @@ set(spare "^lib(stdc\\+\\+|gcc_s|gomp|z|zstd|lzma|bz2|expat)\\.so")
 # copy_libraries(LIBRARIES KEPT FOLDER LEFT_OUT EXECUTABLES ... MODULES ...): copies the shared
 # libraries that the executables and modules need to FOLDER; those that match `spare` go to
 # FOLDER/spare. Skips libraries that match a regular expression in LEFT_OUT, and libraries that only
-# those need. Sets LIBRARIES to the paths of the originals and KEPT to the paths of the copies.
+# skipped libraries need. Sets LIBRARIES to the paths of the originals and KEPT to the paths of the
+# copies.
 function(copy_libraries libraries kept folder left_out)
     file(GET_RUNTIME_DEPENDENCIES ${ARGN} PRE_EXCLUDE_REGEXES ${left_out}
         RESOLVED_DEPENDENCIES_VAR found)

@@ -26,7 +26,7 @@ class MedianPath : public RayOutput {
     SinkMemory memory(const Bundle&) const override {
         return {.bytes = kMostPaths * sizeof(float), .pixel_bytes = sizeof(float)};
     }
-    /// Returns the median length of the rays that pass through a solid; none if no ray does.
+    /// Returns the median length of the rays inside solids; none if no ray passes through a solid.
     std::optional<double> median();
 
   private:

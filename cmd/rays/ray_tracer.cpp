@@ -139,7 +139,7 @@ void RayTracer::nameFiles(RayTrace& trace) const {
     job_.checkOutputs(trace.files);
 }
 
-/// Reports solids whose inside has no winding number: as a warning if --overlap asks for it.
+/// Reports solids whose interior has no winding number: a warning with --overlap, otherwise a note.
 void RayTracer::reportUndecided() {
     if (undecided_) return;
     undecided_ = undecidedSolids(scene_->scene(), solids());
@@ -153,8 +153,8 @@ void RayTracer::reportUndecided() {
     reporter_.warning(what);
 }
 
-/// Finds the median path, which becomes half transparent. Takes a pass over all rays; a dry run
-/// does without it.
+/// Finds the median path, from which the attenuation follows. Needs a pass over all rays, so a dry
+/// run skips it.
 void RayTracer::findAttenuation(RayTrace& trace) {
     if (options_.sequence.dry_run) return;
     RayTrace probe{.output = {}, .bundles = trace.bundles};
@@ -331,7 +331,7 @@ void RayTracer::traceBundles(RayTrace& trace) {
 void RayTracer::report(RayTrace& trace) {
     RunResult result;
     job_.finish(result);
-    // Only the result contains the hash. The hash must not change the bytes of the ray files.
+    // The hash is only in the result, because it must not change the bytes of the ray files.
     result.settings_hash = settingsHash(trace, capture_);
     const std::uint64_t rays = raysOf(trace.bundles);
     result.forecast_memory = memory_forecast_;

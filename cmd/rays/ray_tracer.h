@@ -29,9 +29,9 @@ struct RayTrace {
     /// Settings that change hits, other than the options.
     nlohmann::json settings = nlohmann::json::object();
     std::vector<std::unique_ptr<RayOutput>> outputs{};
-    const RayParity* parity = nullptr;           ///< one of `outputs`; null without --parity
-    std::optional<double> median_path{};         ///< if the attenuation follows from it
-    std::vector<std::filesystem::path> files{};  ///< names of the files to write
+    const RayParity* parity = nullptr;    ///< one of `outputs`; null without --parity
+    std::optional<double> median_path{};  ///< set if the attenuation is computed from it
+    std::vector<std::filesystem::path> files{};
     std::vector<CapturePlan> plans{};  ///< one plan per bundle; empty if hits are not counted first
     /// Number of hits of each bundle; empty if hits are not counted first.
     std::vector<std::uint64_t> hits{};
@@ -91,7 +91,7 @@ class RayTracer {
     std::optional<PosedScene> posed_;
     std::optional<AxisBundles> lattice_;
     std::unique_ptr<Solids> solids_;                        ///< made when needed
-    std::optional<std::vector<UndecidedSolid>> undecided_;  ///< once reported
+    std::optional<std::vector<UndecidedSolid>> undecided_;  ///< set once reported
     HitSource* source_ = nullptr;        ///< owned by job_; null until the first output
     std::uint64_t memory_forecast_ = 0;  ///< bytes; the maximum over all outputs so far
 };

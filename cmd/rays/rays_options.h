@@ -52,9 +52,9 @@ struct RaysOptions : CaptureJobOptions {
     /// Whether a file needs the interior of solids.
     bool writesInside() const;
     Overlap overlapRule() const { return overlap.value_or(Overlap::kWinding); }
-    /// Returns the requested faces, or the default. For a camera's rays, the default is that of
-    /// pictures, so that the hits match a picture from the same camera. If an output needs the
-    /// interior, and for other rays, the default is both.
+    /// Returns the requested faces, or the default. The default for a camera's rays is that of
+    /// pictures, so that the hits match a picture from the same camera. The default for parallel
+    /// rays, and for outputs that need the interior, is both faces.
     Faces chosenFaces() const;
     bool writesFile() const { return !output.path.empty(); }
     bool writesPictures() const { return !maps.maps.empty(); }

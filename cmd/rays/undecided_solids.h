@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Solids whose inside winding numbers do not decide (--overlap).
+// Solids whose interior has no winding number (--overlap).
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -17,7 +17,7 @@ struct UndecidedSolid {
     std::size_t instance = 0;
 };
 
-/// Returns these solids in draw order.
+/// Returns the undecided solids in draw order.
 std::vector<UndecidedSolid> undecidedSolids(const Scene& scene, const Solids& solids);
 /// Returns a warning in one line.
 std::string undecidedText(const std::vector<UndecidedSolid>& undecided);

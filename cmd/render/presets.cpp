@@ -58,7 +58,8 @@ constexpr Preset kPresets[] = {
 };
 
 /// Sets options for a clip: `count` frames if the output's name has a placeholder for frames, and
-/// `count` views if it has one for views. Keeps the frames or views that the user asked for.
+/// `count` views if the name has a placeholder for views. Keeps the frames or views that the user
+/// asked for.
 void chooseClip(int count, RenderOptions& options) {
     const std::string name = options.output.path.string();
     if (hasFrameToken(name) && !options.animation.frames) {

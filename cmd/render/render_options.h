@@ -36,7 +36,8 @@ struct RenderOptions : CaptureJobOptions {
     ShardOptions shard;
     std::shared_ptr<SampleShards> shards;  ///< shared by all scenes; null without shards
     SequenceOptions sequence;
-    /// The number of scenes for which the size forecast speaks: all scenes for the first of them.
+    /// Number of scenes in the size forecast: all scenes for the first scene, 1 for every other
+    /// scene.
     std::size_t scenes_like_this = 1;
 
     /// Whether `scenes` is a single file.

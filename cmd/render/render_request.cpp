@@ -216,7 +216,8 @@ fs::path RenderRequest::firstFile(std::size_t view) const {
     if (hasFrames()) number.frame = moments_.front().frame;
     fs::path file = fileOf(number);
     if (!options_.shards) return file;
-    // A picture in a shard has no path of its own, so the camera file has only its name.
+    // A picture in a shard has no path of its own, so the camera file contains only the picture's
+    // name.
     return options_.views.cameras_out->parent_path() / file.filename();
 }
 

@@ -17,7 +17,6 @@
 
 namespace peeler::cmd {
 
-/// A picture to render.
 struct PictureRequest {
     std::size_t index = 0;  ///< index among all pictures that this run makes
     PictureNumber number{};
@@ -46,8 +45,8 @@ class RenderRequest {
     const Scene& scene() const { return scene_->scene(); }
     bool hasFrames() const { return options_.animation.frames.has_value(); }
     bool hasViews() const { return views_.asked(); }
-    /// Whether the pictures are samples of a data set, whose calibration belongs into the results:
-    /// views, shards, and arrays for loaders.
+    /// Whether the pictures are samples of a data set: views, shards or arrays for loaders. The
+    /// results then contain the calibration.
     bool makesSamples() const;
     bool isSequence() const { return hasFrames() || hasViews(); }
     /// Returns the noun for the pictures of a sequence, "view" or "frame"; "" for a single picture.
@@ -73,8 +72,9 @@ class RenderRequest {
     /// Whether to meter the exposure: for display pictures of scenes with lights, unless --exposure
     /// is given.
     bool metersExposure() const { return meters_exposure_; }
-    /// Returns the light and the samples of display pictures as text. If `with_options` and these
-    /// are the defaults of display formats, adds the options that give those of an EXR.
+    /// Returns the light and the samples of display pictures as text. If `with_options` and the
+    /// light or samples are the defaults of display formats, adds the options for the defaults of
+    /// an EXR.
     std::string lightText(const PosedScene& posed, bool with_options) const;
     /// Returns the options for a picture's writer, including the provenance. A metered exposure is
     /// not set yet.

@@ -49,8 +49,8 @@ class SampleShards {
     void keep(const PictureRequest& picture, PictureResult& result);
     /// Moves a sample's files into a shard. Sets the sample's shard and size in `result`.
     void add(const PictureRequest& picture, PictureResult& result);
-    /// Finishes the last shard. `all` says whether all samples were added; it is false if the run
-    /// was aborted.
+    /// Finishes the last shard. `all`: whether all samples were added; false if the run was
+    /// aborted.
     void finish(bool all, Reporter& reporter);
 
   private:
@@ -59,8 +59,8 @@ class SampleShards {
     std::optional<TarShards> shards_;
 };
 
-/// Finishes the shards of a run, if any, before the result is reported. `all` says whether all
-/// samples were added; it is false if the run was aborted. Returns the exit code.
+/// Finishes the shards of a run, if any, before the result is reported. `all`: whether all samples
+/// were added; false if the run was aborted. Returns the exit code.
 int endShards(const RenderOptions& options, bool all, Reporter& reporter);
 
 /// Throws Error (kUsage) if a shard option is given for an output that is not shards.

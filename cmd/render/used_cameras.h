@@ -22,7 +22,6 @@ class UsedCameras {
     /// `pictures` is the number of pictures in the run. Throws like checkCameraOutput().
     UsedCameras(std::filesystem::path path, std::size_t pictures);
 
-    /// Adds a view and the file of its picture.
     void add(const View& view, const std::filesystem::path& picture);
     /// Returns a sink that collects points and forwards the bands to `sink`. Returns `sink` itself
     /// if the camera format has no points. This object must outlive the returned sink.

@@ -28,7 +28,7 @@ enum class SheetShow {
 struct SheetCell {
     std::string label, detail;  ///< two lines of text for the picture
     CompositeImage picture;     ///< linear, premultiplied; the window starts at (0, 0)
-    /// The error of an approximate composite, relative to the exact one.
+    /// The error of an approximate composite, relative to the exact composite.
     DifferenceStatistics error;
     bool has_error = false;
     int passes = 0;  ///< number of geometry passes of the method; 0 = no method
@@ -69,7 +69,7 @@ class SheetCells : public Sink {
     /// Returns the cells. Valid after finish().
     std::vector<SheetCell>& cells() { return finished_; }
     std::uint32_t omitted() const { return omitted_; }  ///< number of cells over the limit
-    /// Returns the exposure meter. It has metered the composite if the settings request that.
+    /// Returns the exposure meter. If `meters` is set, it has metered the composite.
     const ExposureMeter& meter() const { return meter_; }
 
   private:
@@ -85,7 +85,7 @@ class SheetCells : public Sink {
 
     void addCell(std::uint32_t layer, bool composites);
     bool hasComposite(const Plan& plan) const;
-    /// Returns the number of cells that there would be without the limit.
+    /// Returns the number of cells without the limit.
     std::uint32_t cellsOf(const Plan& plan) const;
     void addComposite(const LayeredImage& band, Pending& cell);
     void addLayer(const LayeredImage& band, Pending& cell) const;

@@ -12,7 +12,6 @@
 
 namespace peeler::cmd {
 
-/// The style of a contact sheet.
 struct SheetStyle {
     int columns = 0;  ///< number of columns; 0 = chosen for a nearly square page
     std::optional<std::array<float, 4>> background;  ///< straight linear; none = a checkerboard

@@ -43,7 +43,7 @@ class CompositeKeeper : public Sink {
 /// composite.
 class CompositeCell : public Sink {
   public:
-    /// `exact` must outlive the cell. While it is empty, the error is not measured.
+    /// `exact` must outlive the cell. The error is not measured while `exact` is empty.
     CompositeCell(int cell_width, const CompositeImage& exact)
         : cell_width_(cell_width), exact_(exact) {}
 
@@ -108,8 +108,8 @@ void CompositeCell::finish() {
     filter_.reset();
 }
 
-/// Captures the composite of a method into `sink`, which is `cell` or forwards to it. Labels the
-/// cell with the method's name, its geometry passes and its error.
+/// Captures the composite of a method into `sink`, which is `cell` or forwards to `cell`. Labels
+/// the cell with the method's name, its geometry passes and its error.
 SheetCell captureMethod(GlRenderer& renderer, const View& view, CaptureSettings settings,
                         const MethodInfo& method, CompositeCell& cell, Sink& sink,
                         const Progress& progress) {

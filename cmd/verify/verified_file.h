@@ -35,7 +35,7 @@ struct VerifiedFile {
     Provenance provenance;  ///< set only for files written by peeler
     View view;              ///< set only for files written by peeler
     std::size_t layers = 0;
-    std::uint64_t fragments = 0;  ///< number of fragments in the layers
+    std::uint64_t fragments = 0;
 
     /// Adds a problem. Sets the verdict to `found` if `found` is worse.
     void blame(Verdict found, const std::string& problem);
@@ -43,13 +43,13 @@ struct VerifiedFile {
     void blame(const BrokenPixels& broken, const std::string& what);
 };
 
-/// Reads the whole file and checks that its bytes match its hashes. If they do, or if it has no
-/// hashes, checks that OpenEXR's classes can open the file and that its camera attributes are
-/// consistent. Then checks the layers, band by band: Z is a number for every fragment and never
-/// decreases within a pixel; no pixel skips a layer; pixels without a fragment are 0 (for layers in
-/// separate parts); the fragment count matches the header; the part `composite` equals the
-/// composited layers bit for bit. Throws Error only for causes outside the file (kMemory,
-/// kInternal).
+/// Reads the whole file and checks that its bytes match its hashes. If the hashes match, or the
+/// file has no hashes, checks that OpenEXR's classes can open the file and that the camera
+/// attributes are consistent. Then checks the layers, band by band: Z is a number for every
+/// fragment and never decreases within a pixel; no pixel skips a layer; pixels without a fragment
+/// are 0 (for layers in separate parts); the fragment count matches the header; the part
+/// `composite` equals the composited layers bit for bit. Throws Error only for causes outside the
+/// file (kMemory, kInternal).
 VerifiedFile verifyFile(const std::string& path);
 
 }  // namespace peeler::cmd

@@ -92,8 +92,8 @@ struct LayerFindings {
     BrokenPixels no_number, colored, orphaned;
 };
 
-/// Checks rows of a layer. `before` and `now` have a flag for each pixel of the band: whether the
-/// previous layer and this layer have a fragment in the pixel.
+/// Checks rows of a layer. `before` has a flag for each pixel of the band: whether the previous
+/// layer has a fragment in the pixel. `now` receives the flags of this layer.
 void checkRows(const PartRows& rows, const Window& band, const std::vector<bool>& before,
                std::vector<bool>& now, LayerFindings& findings) {
     const Window& window = rows.window();
@@ -116,7 +116,7 @@ void checkRows(const PartRows& rows, const Window& band, const std::vector<bool>
 }
 
 /// Whether every layer is stored in scan-line parts of this file. Other layers cannot be checked:
-/// deep layers have no pixels without a fragment, and other layouts store layers in other files.
+/// deep layers store no pixels without a fragment, and other layouts store layers in other files.
 bool hasPartsOfLayers(const ExrInput& input, const ExrInfo& info) {
     for (std::size_t k = 0; k < info.layers.size(); ++k) {
         if (info.layers[k] >= input.parts().size()) return false;

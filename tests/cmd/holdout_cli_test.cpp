@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests peeler holdout, also by the arithmetic of OpenEXR and OpenImageIO.
+// Tests peeler holdout. Also composites its files with OpenEXR and OpenImageIO.
 #include <gtest/gtest.h>
 
 #include <ImfChannelList.h>

@@ -61,8 +61,8 @@ inline nlohmann::json stackScene(int count) {
 }
 
 /// Returns a red, a green and a blue pane of glass without reflections in front of a white, unlit
-/// wall. The middle panes are narrow, so that pixels show one, two or all panes. The wall is
-/// narrower than the picture.
+/// wall. The green and blue panes are narrow, so that pixels show one, two or all panes. The wall
+/// is narrower than the picture.
 inline nlohmann::json tintedPanes() {
     nlohmann::json scene = stackScene(4);
     const nlohmann::json primitive = scene["meshes"][0]["primitives"][0];

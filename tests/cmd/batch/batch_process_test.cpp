@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests peeler batch: order, overlap, and the state after a batch or a job was killed. A job whose
-// scene file has a lease runs until the test releases the lease, even on a fast machine.
+// Tests peeler batch: order, overlap, and the state after a batch or a job was killed.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <spawn.h>

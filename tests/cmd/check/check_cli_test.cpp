@@ -161,7 +161,7 @@ TEST_F(CheckVerb, AThinWallIsAProblemIfItIsAskedFor) {
     const std::string scene = (sourceDir() / "examples" / "scenes" / "bracket.glb").string();
     const Json wall = json(scene, 0, {"--min-wall", "1.19"}).at("thinnestWall");
     EXPECT_NEAR(wall.at("thickness").get<double>(), 0.0012, 1e-9);
-    // The thinnest wall is above the window, between 18.8 and 20 mm.
+    // The thinnest wall, above the bracket's window, is between z = -18.8 and -20 mm.
     EXPECT_NEAR(wall.at("from")[2].get<double>() + wall.at("to")[2].get<double>(), -0.0388, 1e-8);
     EXPECT_EQ(onlyProblem(json(scene, 3, {"--min-wall", "1.21"})), "thinWalls");
     // With --unit mm, the thickness of 0.0012 units is 0.0012 mm.
@@ -192,8 +192,8 @@ TEST_F(CheckVerb, ABodyWithoutVolumeIsNotGood) {
 }
 
 TEST_F(CheckVerb, AWallThatACrossingCutsIsNotTheThinnestWall) {
-    // A flat cavity, from 0.62 to 1.02 high, breaks through the top of a plate: there the wall
-    // between them gets arbitrarily thin. The plate is from -1 to 1 high.
+    // A flat cavity, from 0.62 to 1.02 high, breaks through the top of a plate, from -1 to 1 high.
+    // At the edge of the hole, the wall between cavity and top gets arbitrarily thin.
     Primitive plate = cube();
     for (glm::vec3& p : plate.positions)
         p *= glm::vec3(5, 1, 5);
@@ -294,7 +294,7 @@ Primitive soup(unsigned tetrahedra) {
 }
 
 TEST_F(CheckVerb, WhatCrossesEverywhereEndsAndSaysWhatIsNotDetermined) {
-    // The first part has more crossing pairs than the limit of the pair count.
+    // The first part has too many crossing pairs to count.
     const std::string report = (dir_ / "report.json").string();
     const Outcome text =
         check(write({soup(1000), cube()}), {"--min-wall", "1", "--report", report});
@@ -313,7 +313,7 @@ TEST_F(CheckVerb, WhatCrossesEverywhereEndsAndSaysWhatIsNotDetermined) {
     EXPECT_EQ(part.at("thinnestWallCertain"), false);
     EXPECT_EQ(part.at("problems").back().at("kind"), "uncertainWall");
     EXPECT_EQ(result.at("parts")[1].at("verdict"), "good");
-    // All pairs can be counted, but the step limit is reached.
+    // All pairs are counted, but unionVolume() reaches its step limit.
     const Json less = json(write({soup(300)}), 3).at("parts")[0];
     EXPECT_EQ(less.at("moreCrossings"), false);
     EXPECT_TRUE(less.at("unionVolume").is_null());

@@ -401,7 +401,7 @@ TEST(Report, SummaryIsOneLine) {
     result.fragments_counted = 2'000'000;
     EXPECT_EQ(summary(result),
               "out.exr: 1 layer, 1,234,567 fragments of 2,000,000, 1.5 MB, 812 ms");
-    // Counts are per sample, as those of layers.
+    // Shows fragments per sample: 4000 / 4.
     result.fragments_counted = result.fragments_stored = 4000;
     result.counted_samples = 4;
     result.counts_visible = true;
@@ -419,7 +419,7 @@ TEST(Report, Numbers) {
     EXPECT_EQ(bytesText(999), "999 B");
     EXPECT_EQ(bytesText(1000), "1.0 kB");
     EXPECT_EQ(bytesText(999'999), "1.0 MB");
-    // These test vectors are by FNV-1a's authors.
+    // Test vectors by the authors of FNV-1a.
     EXPECT_EQ(hashText(""), "cbf29ce484222325");
     EXPECT_EQ(hashText("foobar"), "85944171f73967e8");
 }

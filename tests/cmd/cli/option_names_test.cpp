@@ -19,7 +19,6 @@
 namespace peeler::cmd {
 namespace {
 
-/// All verbs with their options.
 class AllVerbs {
   public:
     AllVerbs() {
@@ -46,7 +45,7 @@ class AllVerbs {
     }
 
   private:
-    /// Whether the verb has the option; any verb, if `verb` is empty.
+    /// Whether the verb has the option. If `verb` is empty, whether any verb has the option.
     bool knows(const std::string& verb, const std::string& option) const {
         for (const auto& [name, options] : options_)
             if ((verb.empty() || name == verb) && options.knows(option)) return true;

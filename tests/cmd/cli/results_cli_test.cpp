@@ -152,7 +152,7 @@ TEST_F(Results, HashOfSettingsIsThatOfWhatWasAskedFor) {
     EXPECT_NE(bake("2", "--faces=both"), bake("4", "--faces=both"));
     EXPECT_NE(bake("2", "--faces=both"), bake("2", "--faces=front"));
 
-    // A sheet of a scene has the same hash as a sheet of the layers rendered from it.
+    // A sheet of the scene has the same hash as a sheet of the layers rendered from the scene.
     ASSERT_EQ(render({}).exit_code, 0);
     const std::string sheet = (scratch_ / "a.png").string();
     EXPECT_EQ(
@@ -261,14 +261,14 @@ TEST_F(Results, CalibratedCamerasAreThoseOfNumbers) {
         return Json::parse(runPeeler({"info", image_.string(), "--json"}).out).at("camera");
     };
     // The picture has 96 x 64 pixels and a focal length of 80. In OpenCV's convention, pixel
-    // centres are whole numbers, so the principal point is the centre.
+    // centres have whole coordinates, so the principal point (47.5, 31.5) is the picture's centre.
     const std::vector<std::string> asked{"--intrinsics", "80,80,47.5,31.5", "--pose", pose};
     const Json found = camera(asked);
     EXPECT_EQ(found.at("cameraToWorld"), Json::parse("[[1,0,0,0],[0,1,0,0],[0,0,1,5],[0,0,0,1]]"));
     EXPECT_DOUBLE_EQ(found.at("halfHeight"), 0.4);
     EXPECT_DOUBLE_EQ(found.at("halfWidth"), 0.6);
     EXPECT_EQ(camera({"--intrinsics", "80,80,47.5,31.5", "--pose", pose + ",0,0,0,1"}), found);
-    // If the principal point moves by ten pixels, the picture is a crop of one that is twenty
+    // If the principal point moves by ten pixels, the picture is a crop of a picture that is twenty
     // pixels wider.
     const Json aside = camera({"--intrinsics", "80,80,57.5,31.5", "--pose", pose});
     EXPECT_EQ(aside.at("width"), 116);
@@ -330,7 +330,7 @@ TEST_F(Results, InfoOnAScene) {
     EXPECT_EQ(json.at("cameras").at(0).at("name"), "front");
     EXPECT_EQ(json.at("bounds").at("min").size(), 3U);
     EXPECT_TRUE(json.at("warnings").empty());
-    // All IDs have names: those of every node, and of every material plus glTF's default.
+    // Every node and every material, including glTF's default material, has a name.
     EXPECT_EQ(json.at("objectNames").size(), 6U);
     EXPECT_EQ(json.at("materialNames").size(), 2U);
     const std::string first = json.at("objectNames").at(0);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tests that arrays of the same name have the same meaning in extract and rays: the arrays for a
-// camera's pixels agree. The example reader reads the files of both verbs, and those of earlier
-// versions.
+// camera's pixels agree. The example reader reads the files of both verbs and of earlier versions.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -128,7 +127,7 @@ TEST_F(ArrayDialect, OurReaderTakesBothAndThoseOfBefore) {
     const Outcome told = runCommand({python(), reader, path("many.npz")});
     EXPECT_EQ(told.exit_code, 0) << told.err;
     EXPECT_EQ(told.out.find("points: "), 0U) << told.out;
-    // A file may lack only arrays that the reader does not need.
+    // A file may lack arrays that the reader does not need.
     run({"rays", scene_, "-o", path("some.npz"), "--axes", "--resolution", "8", "--columns",
          "t_hit"});
     EXPECT_EQ(runCommand({python(), reader, path("some.npz")}).exit_code, 0);
@@ -137,7 +136,7 @@ TEST_F(ArrayDialect, OurReaderTakesBothAndThoseOfBefore) {
     const Outcome lacking = runCommand({python(), reader, path("ids.npz")});
     EXPECT_EQ(lacking.exit_code, 1);
     EXPECT_NE(lacking.err.find("no array t_hit"), std::string::npos) << lacking.err;
-    // Positions from one verb's file can be points for the other verb.
+    // rays --points accepts the positions that extract wrote.
     run({"rays", scene_, "-o", path("next.npz"), "--points", path("extract.npz"), "--directions",
          "1", "--resolution", "32"});
 }

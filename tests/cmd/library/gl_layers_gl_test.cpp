@@ -74,7 +74,7 @@ TEST(GlLayers, HoldRectanglesOfKnownColourAndDepth) {
         CaptureSettings settings;
         settings.color_type = PixelType::kFloat;
         const GlLayers layers = renderer.glLayers(shown, testView(4, 4), settings);
-        // These throw if a barrier is missing (PEELER_CHECK_BARRIERS).
+        // Mapping throws if a barrier is missing (PEELER_CHECK_BARRIERS).
         for (const unsigned name : {layers.counts, layers.offsets, layers.depths, layers.colors})
             const gl::Buffer::Mapping mapping(gl, name, 4, GL_MAP_READ_BIT);
         EXPECT_EQ(layers.window, (Window{0, 0, 4, 4}));
@@ -180,7 +180,7 @@ TEST(GlLayers, AreValidUntilTheNextCall) {
         const LayeredImage image = readBack(small);
         EXPECT_EQ(renderer.glLayers(shown, testView(8, 6)).colors, small.colors) << "reused";
         EXPECT_EQ(difference(readBack(small), image), "");
-        // A larger picture needs other buffers; the host's bindings to the earlier ones end.
+        // A larger picture needs other buffers; the host's bindings to the earlier buffers end.
         gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, 3, small.offsets);
         gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, small.colors);
         const GlLayers large = renderer.glLayers(shown, testView(80, 60));

@@ -31,7 +31,7 @@ MOST = 300  # the most allocations of one kind to try
 TIME_LIMIT = 60  # in seconds; every command takes less than two
 # The number of calls to try in the short run (default: 1).
 FEW = {"allocation": 2, "c_allocation": 3, "large_allocation": 2, "gl": 2, "thread": 9}
-# Kinds that are tried in every row: few commands make such calls, they find the most faults, or there are few calls.
+# Kinds to try in every row. These kinds occur in few commands, find the most faults, or have few calls.
 ALWAYS = ("allocation", "mmap", "child", "gl", "thread")
 
 GL = ["--backend", "egl", "--threads", "1", "--size", "32x18"]
@@ -140,10 +140,10 @@ FAILURES = [
 # OpenEXRCore reports lack of memory in zlib in the same way as a chunk that unpacks to more than expected.
 AMBIGUOUS = "unable to decompress"
 
-# A decoder's input and output are files in memory, which are written like other files.
+# A failed write to the memory files of a decoder reports lack of memory.
 IN_MEMORY = "no memory for a decoder's data"
 
-# To read a file back, OpenEXR itself opens it once.
+# A failed open of a written file, which OpenEXR opens to read it back, reports an output error.
 READ_BACK = "does not read back"
 
 # The record in failing_calls.h: its layout, and the names of the calls.
@@ -339,7 +339,7 @@ def numbers_of(failure, counted, places):
     if failure.call in ("allocation", "c_allocation"):
         numbers, most = sorted(places), MOST
     elif failure.call == "room":
-        # The space ends one byte before the end of a write, at the end, or one byte after the end.
+        # The disk is full one byte before the end of a write, at the end, or one byte after the end.
         ends = {0, *places}
         numbers = sorted(n for end in ends for n in (end, end + 1, end + 2) if 0 < n <= count)
         most = len(numbers)

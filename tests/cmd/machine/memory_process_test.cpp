@@ -89,8 +89,8 @@ TEST(Memory, ABudgetServesShadowMapsSamplesAndEveryMethodInTurn) {
     };
     const std::string out = scratch / "out.exr", page = scratch / "page.png";
     keeps("400M", {"render", "-o", out, "--size", "1600x1200", "--shadows"});
-    // Some jobs may exceed their budget slightly (examples/guide/limits.md, "Memory"); these must
-    // not.
+    // Some jobs may exceed their budget slightly (examples/guide/limits.md, "Memory"); these jobs
+    // must not.
     keeps("390M", {"render", "-o", out, "--size", "1600x1200", "--samples", "4"});
     keeps("420M", {"render", "-o", out, "--size", "800x600", "--samples", "4", "--surfaces",
                    "visible", "--as", "composite", "--method", "dual"});

@@ -138,7 +138,7 @@ Offers askFish(const Offers& asked, const fs::path& folder, const fs::path& scri
     EXPECT_EQ(result.exit_code, 0) << result.err;
     EXPECT_EQ(result.err, "");
     Offers offers = offersIn(result.out, true);
-    // From version 4 on, fish also offers matches that contain the word elsewhere. Removes these.
+    // fish 4 also offers matches that do not start with the word. Removes these matches.
     for (auto& [line, words] : offers) {
         const std::string word = line.substr(line.rfind(' ') + 1);
         std::erase_if(words, [&](const std::string& offer) { return !offer.starts_with(word); });

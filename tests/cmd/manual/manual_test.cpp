@@ -28,7 +28,6 @@ const cmd::CommandDescription& program() {
     return described;
 }
 
-/// Returns the descriptions of the program and its verbs.
 std::vector<const cmd::CommandDescription*> commands() {
     std::vector<const cmd::CommandDescription*> all{&program()};
     for (const cmd::CommandDescription& verb : program().verbs)

@@ -39,7 +39,7 @@ std::vector<char> maskOf(const fs::path& path) {
     return mask;
 }
 
-/// For each pixel of a render, returns whether it has any fragment.
+/// Returns whether each pixel of a render has a fragment.
 std::vector<char> coverageOf(const std::vector<std::string>& scene, const fs::path& scratch) {
     const std::string layers = (scratch / "alone.exr").string();
     std::vector<std::string> line{"render"};
@@ -160,7 +160,7 @@ class MasksCommand : public testing::Test {
         line.insert(line.end(), more.begin(), more.end());
         return line;
     }
-    /// Returns the number of visible pixels by object name, for objects that have any.
+    /// Returns the number of visible pixels by object name, without objects that are not visible.
     std::map<std::string, int> visible(const std::vector<std::string>& more) const {
         std::map<std::string, int> counts;
         const Json found = run(line(more));
@@ -308,7 +308,7 @@ TEST_F(MasksCommand, OfManyViewsAreThoseOfTheirParts) {
 }
 
 TEST_F(MasksCommand, NumbersAreTheIdsOfLayers) {
-    // Node 0 has no mesh, so the numbers are not positions.
+    // Node 0 has no mesh, so object numbers differ from the objects' positions.
     const fs::path model = sourceDir() / "examples/scenes/coincident.glb";
     const std::vector<std::string> picture{model.string(), "--size", "64x36"};
     std::vector<std::string> line = picture;
@@ -376,7 +376,7 @@ TEST_F(MasksCommand, RgbIsThePictureThatRenderWrites) {
                        (scratch_ / "r" / ("000" + std::to_string(view) + ".png")).string()});
         EXPECT_EQ(same.exit_code, 0) << same.out << same.err;
     }
-    // A missing picture makes its view incomplete; without --rgb, outdated pictures go.
+    // A missing picture makes its view incomplete. Without --rgb, outdated pictures are removed.
     fs::remove(scratch_ / "out/rgb/000001.png");
     pictures.emplace_back("--skip-existing");
     const Json again = run(line(pictures));

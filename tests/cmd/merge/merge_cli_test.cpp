@@ -97,7 +97,7 @@ TEST_F(MergeCommand, ACropOfCropsAndATileWithoutFragments) {
     ASSERT_EQ(merge({b, a}).exit_code, 0);
     EXPECT_EQ(bytesOf(path("merged.exr")), bytesOf(both));
 
-    // Some pixels of the synthetic picture are empty.
+    // Finds an empty pixel in the first row of the picture.
     Window empty{0, 0, 1, 1};
     while (picture.image.count(picture.image.pixelIndex(empty.x0, empty.y0)) != 0)
         ++empty.x0, ++empty.x1;
@@ -213,7 +213,7 @@ TEST_F(MergeCommand, ElementsOfOtherScenesKeepTheirNames) {
     };
     const std::string a = render("a.exr", "coincident.glb"), b = render("b.exr", "engine.glb");
     ASSERT_EQ(merge({a, b, a}, {"--elements"}).exit_code, 0);
-    // If an input is itself a merged file, the result lists that file's elements instead of it.
+    // If an input is itself a merge, the result lists the input's elements.
     fs::rename(path("merged.exr"), path("three.exr"));
     ASSERT_EQ(merge({path("three.exr"), b}, {"--elements"}).exit_code, 0);
     EXPECT_TRUE(contains(runPeeler({"info", path("merged.exr")}).out,

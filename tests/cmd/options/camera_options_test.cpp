@@ -17,7 +17,6 @@
 namespace peeler::cmd {
 namespace {
 
-/// Returns a scene whose bounds are this box.
 Scene boxScene(const Bounds& box) {
     Scene scene;
     scene.materials.emplace_back();
@@ -81,7 +80,7 @@ void expectRigid(const glm::dmat4& m) {
     EXPECT_NEAR(glm::determinant(r), 1, 1e-12);
 }
 
-/// Returns the share of the frame's width or of its height that the box fills, whichever is larger;
+/// Returns the share of the frame's width or height that the box fills, the larger of the two;
 /// infinite if a corner is in front of the near plane or beyond the far plane.
 double share(const View& v, const Bounds& box) {
     const glm::dmat4 clip = v.projection.matrix() * glm::inverse(v.camera_to_world);
@@ -123,7 +122,7 @@ TEST(Framing, HoldsEveryCornerOfRandomScenes) {
         expectRigid(v.camera_to_world);
         ASSERT_LT(share(v, box), 0.95)
             << "round " << round << ", size " << options.size.width << " x " << options.size.height;
-        // Skip rods: seen end-on, a rod may be small in the frame, because its near end limits the
+        // Skips rods. A rod seen end-on may be small in the frame, because its near end limits the
         // distance of the eye.
         const glm::dvec3 sides = box.max - box.min;
         const double smallest = std::min({sides.x, sides.y, sides.z});
@@ -239,7 +238,7 @@ TEST(Framing, LooksAtFlatScenesFromTheSideThatTheyShow) {
     EXPECT_EQ(forward({0, 1, 3, 0, 3, 2}, false).z, -1);
     EXPECT_EQ(forward({0, 3, 1, 0, 2, 3}, false).z, 1);
     EXPECT_EQ(forward({0, 1, 3, 0, 3, 2}, true).z, -1);
-    // One triangle faces each way, so the camera looks at the front.
+    // If as many triangles face backwards as forwards, the camera looks at the front.
     EXPECT_EQ(forward({0, 1, 3, 3, 1, 0}, false).z, -1);
 }
 

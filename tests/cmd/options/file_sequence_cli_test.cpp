@@ -16,7 +16,7 @@ using Json = nlohmann::json;
 
 class FileSequence : public testing::Test {
   protected:
-    /// Two views of frames 1 to 3, as v0.0001.exr and so on.
+    /// Renders two views of frames 1 to 3: v0.0001.exr and so on.
     void SetUp() override {
         const std::string scene = (sourceDir() / "examples/scenes/jellyfish.glb").string();
         ok({"render", scene, "-o", at("v@.####.exr"), "--size", "24x16", "--frames", "1-3",
@@ -94,7 +94,7 @@ TEST_F(FileSequence, ViewsAndChunksAreShares) {
     const std::vector<std::string> all{"flatten", at("v@@@@.####.exr"), "-o", at("@.##.png")};
     auto second = all;
     second.insert(second.end(), {"--chunk", "2/2"});
-    const Json part = json(second).at("frames");  // the pictures: 1/0, 1/1, 2/1, 3/1
+    const Json part = json(second).at("frames");  // frame/view of the pictures: 1/0, 1/1, 2/1, 3/1
     ASSERT_EQ(part.size(), 2U);
     EXPECT_EQ(part[0].at("frame"), 2);
     EXPECT_EQ(part[0].at("view"), 1);
@@ -157,7 +157,7 @@ TEST_F(FileSequence, RefusesNamesThatDoNotFit) {
             "the input has no frames");
     refused({"compare", at("a.####.exr"), at("a.0001.exr"), "--skip-existing"}, 2,
             "this run writes no files to skip");
-    // A file of this very name is one file.
+    // A name with #### is no pattern if a file with exactly this name exists.
     fs::copy_file(at("a.0001.exr"), at("c.####.exr"));
     ok({"flatten", at("c.####.exr"), "-o", at("f.png")});
     EXPECT_TRUE(fs::exists(at("f.png")));

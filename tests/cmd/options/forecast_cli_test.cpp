@@ -168,7 +168,7 @@ TEST_F(Forecasts, Render) {
             expectSize(result, result.at("forecastBytes"), "at most");
         }
     }
-    // Without compression, even this picture takes nearly as much as forecast.
+    // Without compression, the file is nearly as large as forecast.
     const Json plain = run({"render", glasses_, "-o", path("a.exr"), "--size", "400x225", "--as",
                             "deep", "--compression", "none", "--channels", "all"});
     EXPECT_GT(plain.at("bytes").get<double>(), 0.85 * plain.at("forecastBytes").get<double>());

@@ -120,7 +120,7 @@ TEST(FrameNames, OfFilesThatExistAreFound) {
         std::ofstream(scratch / name).put('x');
     EXPECT_EQ(numbers("v@@.####.exr"), (Pairs{{2, 0}, {2, 1}, {10, 0}}));
     EXPECT_EQ(numbers("v@@.0002.exr"), (Pairs{{0, 0}, {0, 1}}));
-    // framesThere() knows no views.
+    // framesThere() does not treat @ as a pattern.
     EXPECT_EQ(framesThere(scratch / "b.@.####.exr"), (Frames{3}));
     EXPECT_EQ(framesThere(scratch / "v01.####.exr"), (Frames{2}));
 }

@@ -211,7 +211,7 @@ TEST_F(Objects, WhatCannotBeChosenIsRefused) {
     expectRefused({"flatten", whole, "-o", out, "--material", "glas"}, 2,
                   "no material matches this name: --material glas");
     EXPECT_FALSE(fs::exists(out));
-    // An empty picture has nothing that could be selected.
+    // In an empty picture, no name can match, so this is no error.
     const std::string empty = render(
         "empty.exr", {"--channels", "id", "--eye", "0,50,0", "--target", "0,99,1"}, "coincident");
     run({"flatten", empty, "-o", out, "--include", "floor"});

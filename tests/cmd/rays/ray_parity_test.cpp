@@ -41,7 +41,7 @@ TEST_F(RayParityTest, IsReported) {
         EXPECT_EQ(err.str(), "peeler: closed: each of " + groupedText(rays) +
                                  " rays enters as often as it leaves\n");
     }
-    // The first body has no lid, and one ray passes through that hole.
+    // Now the first body has a hole, and one ray passes through the hole.
     scene_.meshes[0].primitives[0].positions.resize(9);
     const PosedScene shown(scene_, 0);
     const Solids open(shown);
@@ -79,7 +79,7 @@ TEST_F(RayParityTest, IsReported) {
     EXPECT_EQ(first.at("oddRays"), 1);
     EXPECT_EQ(first.at("openEdges"), 3);
     EXPECT_EQ(first.at("firstOddRays").at(0).at("x"), 9);
-    // The reported position is that of the ray's last hit on the body, at Z = 2.
+    // The reported position is the ray's last hit on the body, at Z = 2.
     const glm::dvec3 place = worldPosition(bundles_[1].view, 9 + bundles_[1].view.sample.x,
                                            bundles_[1].view.sample.y, 2);
     for (std::size_t i = 0; i < 3; ++i)

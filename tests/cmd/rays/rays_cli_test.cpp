@@ -351,7 +351,7 @@ Primitive boxOf(const glm::vec3& min, const glm::vec3& max) {
 }
 
 TEST_P(RaysCli, WithoutAttenuationTheMedianPathIsHalfTransparent) {
-    // Blocks of 10 and 30: most rays along z pass through the first.
+    // Blocks with heights of 10 and 30 along z. Most rays along z pass through the lower block.
     const std::string file = (scratch_ / "blocks.ply").string();
     writeText(file, plyOf({boxOf({0, 0, 0}, {8, 8, 10}), boxOf({9, 0, 0}, {12, 8, 30})}));
     const auto run = [&](const std::vector<std::string>& more) {
@@ -382,7 +382,7 @@ TEST_P(RaysCli, WithoutAttenuationTheMedianPathIsHalfTransparent) {
     const auto again = nlohmann::json::parse(bytesOf(out("g.json")));
     EXPECT_FALSE(again.contains("attenuation"));
     EXPECT_NEAR(again.at("maps")[0].at("channels")[0].at("least").get<double>(), 0.125, 1e-5);
-    // Nothing is inside of a triangle.
+    // A triangle has no interior.
     const Outcome none = rays({"--axes", "--map", "transmission", "-o", out("none.exr")});
     EXPECT_EQ(none.exit_code, 0);
     EXPECT_NE(none.err.find("no ray passes through a solid"), std::string::npos) << none.err;
@@ -399,7 +399,7 @@ struct ShellCase {
     const char* name;
     std::vector<Primitive> shells;
     double winding, parity;
-    const char* undecided = nullptr;  ///< reason
+    const char* undecided = nullptr;  ///< the reported reason; null if winding numbers decide
 };
 
 TEST_P(RaysCli, ShellsThatOverlapAreOneBody) {

@@ -113,8 +113,8 @@ TEST_F(Appearance, InfoListsTheVariants) {
 
 TEST_F(Appearance, AnEnvironmentLightsTheScene) {
     const std::vector<std::string> options{"--environment", sky(), "--transmission", "opaque"};
-    // The wall faces +Z, the middle of the environment, which is green; some light comes from both
-    // sides.
+    // The wall faces +Z, the green middle of the environment. Some light comes from both sides of
+    // the middle.
     const glm::vec4 ahead = rendered(options);
     const std::string hash = settings_hash_;
     EXPECT_GT(ahead.g, 3 * ahead.r);
@@ -124,8 +124,8 @@ TEST_F(Appearance, AnEnvironmentLightsTheScene) {
     turned.insert(turned.end(), {"--environment-rotation", "90"});
     const glm::vec4 aside = rendered(turned);
     EXPECT_NE(settings_hash_, hash);
-    // The wall now faces the former −X, which is half green and half blue.
-    // The wall also receives some red from beyond the blue.
+    // The wall now faces the former −X, which is half green and half blue. The wall also receives
+    // some red from beyond the blue.
     EXPECT_NEAR(aside.g, aside.b + aside.r, 0.02F);
     EXPECT_LT(aside.r, 0.3F);
     turned.back() = "360";

@@ -63,8 +63,8 @@ TEST_F(BenchmarkScenes, SoupsHaveTheTrianglesOfTheirNames) {
 
 TEST_F(BenchmarkScenes, SpheresHaveTheLayersAndFragmentsThatAreToldOfThem) {
     make({"spheres", "small-spheres", "large-spheres"});
-    // At full size there are 7.1, 8.7 and 37.3 million fragments. At this size there must be a
-    // sixteenth.
+    // At full size there are 7.1, 8.7 and 37.3 million fragments, at this size a sixteenth of these
+    // numbers.
     const auto check = [&](const char* name, int layers, double fragments) {
         const auto picture = rendered(name, "480x270");
         EXPECT_NEAR(picture["layers"].get<int>(), layers, 2) << name;

@@ -264,7 +264,7 @@ TEST_F(ChannelsCli, CryptomatteOfADeepImageIsBesideIt) {
     EXPECT_TRUE(same("deep.cryptomatte.exr", "flat.exr"));
     const std::string info = run({"info", folder_ / "deep.cryptomatte.exr", "--json"}).out;
     EXPECT_NE(info.find("CryptoMaterial00.R"), std::string::npos);
-    // A conversion keeps the Cryptomatte, or says that it does not.
+    // A conversion without --cryptomatte warns that the output lacks the Cryptomatte.
     const std::string in = folder_ / "ldi.exr", out = folder_ / "converted.exr";
     const Outcome lossy = run({"convert", in, "-o", out, "--as", "deep"});
     EXPECT_NE(lossy.err.find("lacks the Cryptomatte of the input"), std::string::npos) << lossy.err;
@@ -272,7 +272,7 @@ TEST_F(ChannelsCli, CryptomatteOfADeepImageIsBesideIt) {
     run({"convert", in, "-o", out, "--as", "deep", "--cryptomatte"});
     EXPECT_TRUE(same("converted.exr", "deep.exr"));
     EXPECT_TRUE(same("converted.cryptomatte.exr", "flat.exr"));
-    // The second file counts, too.
+    // --skip-existing requires both files.
     const std::vector<std::string> again{"--as", "deep", "--cryptomatte", "--skip-existing"};
     EXPECT_NE(render("deep.exr", again).err.find("already exists"), std::string::npos);
     std::filesystem::remove(folder_ / "deep.cryptomatte.exr");

@@ -78,7 +78,7 @@ TEST(EmptyPicture, HasAReason) {
 TEST(EmptyPicture, IsCountedInASequence) {
     const Shot shot;
     const Outcome result = shot.render({"--cameras", shot.file("poses.jsonl")}, "@.exr");
-    EXPECT_EQ(result.exit_code, 3);  // not there
+    EXPECT_EQ(result.exit_code, 3);  // the camera file does not exist yet
     writeText(shot.folder / "poses.jsonl", R"({"eye": [0, 0, 3], "target": [0, 0, 9], "fov": 40})"
                                            "\n"
                                            R"({"eye": [0, 0, 3], "target": [0, 0, 0], "fov": 40})"

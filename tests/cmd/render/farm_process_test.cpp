@@ -93,7 +93,7 @@ class Ended : public testing::Test {
     }
 
     /// Sends the signal at a random moment of a run: after a random number of frames and a random
-    /// delay. It waits for frames because a fixed time might be past the end on a fast machine.
+    /// delay. A delay alone might end after the run on a fast machine.
     CommandResult endOne(int number) {
         // A random half of the files already exists.
         for (const auto& [name, bytes] : whole_)
@@ -188,7 +188,7 @@ struct Held {
     std::size_t files = 0;
 };
 
-/// Returns the resources of a process, which is stopped meanwhile; all 0 if it has ended.
+/// Pauses a process and returns the resources that it holds; all 0 if it has ended.
 Held heldBy(pid_t pid) {
     const fs::path process = fs::path("/proc") / std::to_string(pid);
     kill(pid, SIGSTOP);
@@ -247,7 +247,7 @@ TEST(LongSequence, MemoryAndFilesStayAsTheyAreAfterTheTenth) {
     }
 }
 
-/// Frames 1 to 4 must be the same bytes under other conditions.
+/// Frames 1 to 4 must have the same bytes under other conditions.
 TEST(Anywhere, TheSameBytes) {
     const ScratchDir scratch;
     const auto folder = [&](const std::string& name) {

@@ -45,7 +45,6 @@ class Sequence : public testing::Test {
                          const std::vector<std::string>& environment = {}) const {
         return runPeelerProcess(arguments(more), environment);
     }
-    /// Returns the numbers of the frames that were skipped.
     static std::set<int> skipped(const CommandResult& result) {
         std::set<int> frames;
         const Json told = Json::parse(result.out);
@@ -99,7 +98,7 @@ TEST_F(Sequence, RefusesWhatMakesNoSense) {
              {"--frames", "1-3", "--chunk", "0/2"},
              {"--frames", "1-3", "--chunk", "3/2"},
              {"--frames", "1-1000000000"},
-             // There are several frames in all, even if this process renders only one of them.
+             // The sequence has several frames, even if this process renders only one.
              {"--frames", "1-3", "--chunk", "1/3", "-o", path("one.exr")},
              {"--tile", "2/1"},
              {"--tile", "1/2", "--as", "composite", "--fxaa"},

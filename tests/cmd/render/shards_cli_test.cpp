@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests samples in tar shards: the members are the usual files under their keys. They can be
-// skipped, chunked and rejected.
+// Tests samples in tar shards: members, --skip-existing, --chunk and errors.
 #include <gtest/gtest.h>
 
 #include <filesystem>

@@ -144,7 +144,7 @@ TEST(Strips, CompositesAreNotMixedWithLayersOrBackgrounds) {
     EXPECT_EQ(runPeeler({"merge", a, "-o", out}).exit_code, 3);  // the other tile is missing
     EXPECT_EQ(runPeeler({"merge", b, "-o", out, "--allow-gaps"}).exit_code, 0);
     EXPECT_EQ(runPeeler({"merge", a, a, "-o", out}).exit_code, 3);
-    EXPECT_EQ(runPeeler({"merge", a, b, "-o", out}).exit_code, 0);  // merge needs no --as here
+    EXPECT_EQ(runPeeler({"merge", a, b, "-o", out}).exit_code, 0);  // --as is not required
     EXPECT_EQ(runPeeler({"verify", out}).exit_code, 0);
 }
 

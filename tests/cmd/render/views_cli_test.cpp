@@ -76,7 +76,7 @@ TEST_F(Views, OfATurntableCountFromOneIfAsked) {
         EXPECT_TRUE(contains(view.at("output").get<std::string>(), file)) << view.at("output");
     }
     EXPECT_FALSE(fs::exists(scratch_ / "turn.0000.exr"));
-    // Parts of the turn have the same numbers and bytes.
+    // A chunk of the turn writes the same files.
     std::vector<std::string> last = turn;
     last.insert(last.end(), {"--chunk", "3/3"});
     rendered("part.@@@@.exr", last);

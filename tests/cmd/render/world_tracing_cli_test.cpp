@@ -15,7 +15,8 @@ namespace {
 using Words = std::vector<std::string>;
 
 /// Reads a clip like load_video_clip() of World Tracing's wt/data.py, checks shapes and types, and
-/// unprojects the depths like _depth_to_xyz() of its wt/inference.py, whose pixels count from 0.
+/// unprojects the depths like _depth_to_xyz() of its wt/inference.py, with pixel coordinates from
+/// 0.
 constexpr const char* kReadClip = R"(
 import pathlib, sys, numpy as np
 from PIL import Image
@@ -86,7 +87,7 @@ TEST_F(WorldTracing, ClipsOfAMovingCameraSurroundTheScene) {
     const Json clip = render("engine", "clip/@@@@.png", {"--size", "48x48"});
     ASSERT_EQ(clip.at("views").size(), 16U);
     EXPECT_EQ(read({path("clip"), "16", "48", "preset's K"}), "True True True\n");
-    // The numbers of other counts are kept.
+    // --views overrides the preset's number of views.
     EXPECT_EQ(render("engine", "two/@@@@.png", {"--size", "48x48", "--views", "2"})["views"].size(),
               2U);
 }

@@ -17,7 +17,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A reporter that records the messages.
 class Messages final : public cmd::Reporter {
   public:
     void failure(const Error&) override {}
@@ -143,7 +142,7 @@ TEST_F(SessionTest, ForgetsWhatWasUsedLongestAgo) {
     }
     const cmd::SharedScene scene = session.open(other);
     session.renderer(device(), scene, scene->at(0));
-    // A small scene may have no memory pages of its own, and then stays; forget() removes it, too.
+    // A small scene may add no resident memory and is then kept; forget() removes it, too.
     session.forget();
     EXPECT_TRUE(first.expired());
 }

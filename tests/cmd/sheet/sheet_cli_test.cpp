@@ -75,7 +75,7 @@ TEST_F(SheetCommand, CellsShowTheirPixels) {
         const int x = 4 + column * 100 + 48, y = page.window.height() - from_bottom;
         return page.rgba[static_cast<std::size_t>(y * page.window.width() + x)];
     };
-    // Pixels above the lower edge of the page, inside the two rows of cells.
+    // Distances from the lower edge of the page, inside the two rows of cells.
     const int lower = 20, upper = lower + 64 + 2 * 4 + 21;
     EXPECT_NEAR(at(0, upper)[0], 1 - 1 / 32.0, 0.01);  // composite
     EXPECT_NEAR(at(1, upper)[0], 0.5, 0.01);           // layer 0
