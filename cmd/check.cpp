@@ -22,6 +22,7 @@
 #include "cmd/verbs.h"
 #include "core/base/stage_times.h"
 #include "formats/image/legend.h"
+#include "formats/meshes/scene_reader.h"
 #include "formats/writers.h"
 
 namespace peeler::cmd {
@@ -108,19 +109,20 @@ class Check {
         const PosedScene posed = job_.pose();
         CheckSettings settings;
         settings.together = options_.together;
-        settings.metres = options_.unit.value_or(1);
+        const bool named = namesUnit(options_.scene.file);
+        settings.metres = named ? 1 : options_.unit.value_or(1);
         const double millimetre = 1e-3 / settings.metres;
         if (options_.least_wall) settings.least_wall = *options_.least_wall * millimetre;
         if (options_.weld) settings.weld = *options_.weld * millimetre;
         const StageTimer timer(job_.times(), "check");
         ProgressReport progress(reporter_, "check");
-        const std::string_view unit = lengthUnitName(settings.metres);
+        const std::string_view unit = lengthUnitName(options_.unit.value_or(1));
         report_ = checkParts(posed, settings, [&](double share) { progress.update(share); });
         if (options_.unit && !unit.empty())
-            report_.unit = {std::string(unit), 1};
+            report_.unit = {std::string(unit), settings.metres / *options_.unit};
         else
             report_.unit.per_scene_unit = 1000 * settings.metres;
-        if (!options_.unit) noteUnit();
+        if (!options_.unit && !named) noteUnit();
     }
 
     /// Reports the assumed unit. If the scene is larger than any printer, suggests --unit mm
@@ -230,8 +232,8 @@ VerbAction declareCheck(VerbOptions& verb) {
              "only vertices at the same position (default: a millionth of the part's size)")
         .group("Check");
     addValue(verb, "--unit", "NAME|METRES", options->unit, parseLengthUnit,
-             "length unit of the scene, by name or in metres; if you give a unit of this list, "
-             "texts and pictures give lengths in it, else in millimetres:")
+             "length unit of the scene, by name or in metres; a 3MF names its own; if you give a "
+             "unit of this list, texts and pictures give lengths in it, else in millimetres:")
         .oneOf(describeChoices(kLengthUnits, true))
         .group("Check");
     verb.addFlag(

@@ -108,7 +108,7 @@ int Sheets::run() {
         } else {
             throw Error(ErrorKind::kInput, "neither a scene nor a layered depth image",
                         request_.scene.file.string(),
-                        "give a glTF, PLY, STL or OBJ file, or an .exr of peeler render");
+                        "give a glTF, PLY, STL, OBJ or 3MF file, or an .exr of peeler render");
         }
     } catch (...) {
         if (!views_.asked()) throw;
@@ -348,7 +348,7 @@ VerbAction declareSheet(VerbOptions& verb) {
     options->output.options.as = "composite";
     addFile(verb, "IN", "", options->request.scene.file,
             "a layered or deep image (.exr, .safetensors) or a scene: glTF (.gltf, .glb), PLY, "
-            "STL, OBJ, or arrays in .npz or .safetensors")
+            "STL, OBJ, 3MF, or arrays in .npz or .safetensors")
         .files(".exr " + sceneExtensions())
         .required();
     addOutputOptions(verb, options->output);

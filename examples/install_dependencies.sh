@@ -8,7 +8,7 @@ run="libegl1 libgl1-mesa-dri libosmesa6"
 # The CMake files of libopenimageio-dev fail without openimageio-tools.
 build="g++ cmake ninja-build pkg-config libgl-dev libegl-dev libglm-dev libopenexr-dev
     libopenimageio-dev openimageio-tools libtinygltf-dev nlohmann-json3-dev libcli11-dev libdeflate-dev libdraco-dev
-    libfreetype-dev fonts-dejavu-core libspng-dev zlib1g-dev libzstd-dev libturbojpeg0-dev libxxhash-dev libmeshoptimizer-dev libopenvdb-dev libtbb-dev
+    lib3mf-dev libfreetype-dev fonts-dejavu-core libspng-dev zlib1g-dev libzstd-dev libturbojpeg0-dev libxxhash-dev libmeshoptimizer-dev libopenvdb-dev libtbb-dev
     libboost-dev"
 test="libgtest-dev libembree-dev openexr libopenvdb-tools python3 python3-numpy python3-scipy python3-pil
     python3-openimageio python3-openvdb python3-meshio clang-format clang-tidy chromium

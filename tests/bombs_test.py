@@ -22,6 +22,8 @@ import traceback
 import unittest
 import zlib
 
+import threemf_package
+
 PEELER = os.environ.get("PEELER", "peeler")
 ALL = os.environ.get("PEELER_TEST_ALL") is not None
 SANITIZED = bool(os.environ.get("PEELER_SANITIZE"))
@@ -43,6 +45,31 @@ def bomb(command, codes=(3,), words="", short=True):
         return make
 
     return add
+
+
+# ---- 3MF
+
+
+@bomb("info {}/scene.3mf", words="unpacks to more than")
+def a_3MF_of_blanks(folder):
+    model = threemf_package.model(" " * 200_000_000 + threemf_package.OBJECT)
+    (folder / "scene.3mf").write_bytes(threemf_package.package(model))
+
+
+@bomb("info {}/scene.3mf", codes=(0, 3))
+def a_3MF_whose_part_is_larger_than_declared(folder):
+    packed = threemf_package.package(threemf_package.model(" " * 20_000_000 + threemf_package.OBJECT))
+    declared = struct.pack("<I", len(threemf_package.model(" " * 20_000_000 + threemf_package.OBJECT)))
+    (folder / "scene.3mf").write_bytes(packed.replace(declared, struct.pack("<I", 1000)))
+
+
+@bomb("info {}/scene.3mf", words="placed objects")
+def a_million_components(folder):
+    objects = threemf_package.OBJECT
+    for i in (2, 3):
+        objects += f'<object id="{i}"><components>' + f'<component objectid="{i - 1}"/>' * 1000 + "</components></object>"
+    model = threemf_package.model(objects, build='<item objectid="3"/>')
+    (folder / "scene.3mf").write_bytes(threemf_package.package(model))
 
 
 # ---- glTF

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tests broken PLY, STL and OBJ files, which are generated here: each is rejected with the position of the fault, or
+"""Tests broken PLY, STL, OBJ and 3MF files, which are generated here: each is rejected with the position of the fault, or
 drawn with a warning.
 
 Each file may take at most SECONDS of processor time and MEBIBYTES, unless PEELER_SANITIZE is set. Prints a table.
@@ -11,6 +11,7 @@ import struct
 import tempfile
 import unittest
 
+import threemf_package
 from bombs_test import MEBIBYTES, SANITIZED, SECONDS, run
 
 # Each file: its fault, its name, its bytes, and the expected texts. For a rejected file (exit code 3), these are the
@@ -177,6 +178,34 @@ refused("obj: a pointer of Git LFS", "o.obj", "version https://git-lfs.github.co
 refused("obj: cut in a vertex", "o.obj", OBJ + "v 1 2", "fewer than three coordinates", ":7")
 refused("obj: a polygon of 200,000 zigzags", "o.obj", "".join(f"v {i} {i % 2 * 10} {i % 3}\n" for i in range(60000))
         + "f " + " ".join(map(str, range(1, 60001))) + "\n", "takes too long", ":60001")
+
+# ---- 3MF
+
+
+def threemf(resources=threemf_package.OBJECT, **more):
+    return threemf_package.package(threemf_package.model(resources, **more))
+
+
+NESTED = threemf_package.OBJECT + "".join(
+    f'<object id="{i}"><components><component objectid="{i - 1}"/></components></object>' for i in range(2, 1500)
+)
+
+shown("3mf: whole", "m.3mf", threemf())
+shown("3mf: called .stl", "m.stl", threemf())
+shown("3mf: no build items", "m.3mf", threemf(build=""), "nothing to draw")
+for end in (4, 100, 300, 500, len(threemf()) - 1):
+    refused(f"3mf: cut at {end}", "m.3mf", threemf()[:end], "the archive is damaged", "")
+refused("3mf: a damaged model", "m.3mf", threemf()[:600] + b"????" + threemf()[604:], "", "")
+refused("3mf: XML that ends early", "m.3mf", threemf_package.package("<model><resources>"), "lib3mf cannot read", "")
+refused("3mf: no XML", "m.3mf", threemf_package.package("Once upon a time"), "lib3mf cannot read", "")
+refused("3mf: no resources", "m.3mf", threemf_package.package("<model/>"), "lib3mf cannot read", "")
+refused("3mf: no model", "m.3mf", threemf_package.package("").replace(b"3dmodel.model", b"3dmodel.modal"), "not a 3MF",
+        "")
+refused("3mf: a vertex that does not exist", "m.3mf", threemf(threemf_package.OBJECT.replace('v3="2"', 'v3="9"')),
+        "index", "")
+refused("3mf: NaN", "m.3mf", threemf(threemf_package.OBJECT.replace('x="1"', 'x="nan"')), "Coordinates", "")
+refused("3mf: an item of no object", "m.3mf", threemf(build='<item objectid="4"/>'), "Build item", "")
+refused("3mf: 1,500 levels", "m.3mf", threemf(NESTED, build='<item objectid="1499"/>'), "", "")
 
 # ---- unknown formats
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tests that a model is the same in glTF, PLY, STL and OBJ, and that peeler reads the meshes of other programs as these
+"""Tests that a model is the same in glTF, PLY, STL, OBJ and 3MF, and that peeler reads the meshes of other programs as these
 programs do.
 
 PEELER is the program.
@@ -16,6 +16,8 @@ import tempfile
 import unittest
 
 import numpy
+
+import threemf_package
 
 PEELER = os.environ.get("PEELER", "peeler")
 HAS_MESHIO = importlib.util.find_spec("meshio") is not None
@@ -148,6 +150,12 @@ def write_obj(path, vertices, triangles):
             file.write("f %d %d %d\n" % tuple(corners))
 
 
+def write_3mf(path, vertices, triangles):
+    mesh = f'<object id="1" name="binary">{threemf_package.mesh(vertices, triangles)}</object>'
+    item = '<item objectid="1" transform="1 0 0 0 0 1 0 -1 0 0 0 0"/>'  # turns +Y to +Z, which is up
+    path.write_bytes(threemf_package.package(threemf_package.model(mesh, item)))
+
+
 FORMATS = {
     "little.ply": write_ply,
     "big.ply": lambda *a: write_ply(*a, order=">"),
@@ -155,6 +163,7 @@ FORMATS = {
     "binary.stl": write_stl,
     "text.stl": write_text_stl,
     "plain.obj": write_obj,
+    "metres.3mf": write_3mf,
 }
 
 
@@ -212,6 +221,15 @@ class OneModel(Scratch):
         normals = numpy.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         normals /= numpy.linalg.norm(normals, axis=1, keepdims=True)
         self.assertLess(numpy.abs(normals - hits["primitive_normals"]).max(), 1e-5)
+
+    def test_checks(self):
+        stl, mf3 = (json.loads(peeler("check", self.folder / name, "--json", "--quiet").stdout)
+                    for name in ("binary.stl", "metres.3mf"))
+        for report in (stl, mf3):
+            for key in ("input", "format", "up", "metresPerUnit", "peakMemory", "milliseconds"):
+                report.pop(key, None)
+        self.assertTrue(stl["parts"][0]["closed"])
+        self.assertEqual(stl, mf3)
 
     def test_axes_and_units(self):
         bounds = info(self.folder / "binary.stl")["bounds"]

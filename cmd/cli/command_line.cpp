@@ -19,11 +19,12 @@ namespace peeler::cmd {
 namespace {
 
 VerbHelp programHelp() {
-    return {.summary = "Render every layer of a glTF, PLY, STL or OBJ scene, without a display",
-            .examples =
-                "peeler render model.glb -o picture.png\n"
-                "peeler render model.glb -o layers.exr --size 1920x1080\n"
-                "peeler view layers.exr -o layers.html"};
+    return {
+        .summary = "Render every layer of a glTF, PLY, STL, OBJ or 3MF scene, without a display",
+        .examples =
+            "peeler render model.glb -o picture.png\n"
+            "peeler render model.glb -o layers.exr --size 1920x1080\n"
+            "peeler view layers.exr -o layers.html"};
 }
 
 std::string programFooter() {

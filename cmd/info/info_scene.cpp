@@ -100,6 +100,7 @@ std::vector<ExtensionUse> extensionsOf(const Scene& scene) {
 
 struct SceneFacts {
     Scene scene;
+    std::string format;
     std::optional<Assumed> assumed;
     Elements elements;
     std::optional<Bounds> box;
@@ -122,6 +123,7 @@ SceneFacts gather(const InfoOptions& options) {
     for (const std::string& extension : undecodedImageExtensions())
         ignored.push_back(extension);
     facts.scene = loadScene(request);
+    if (const SceneFormat* const format = sceneFormatOf(options.file)) facts.format = format->name;
     facts.assumed = assumedOf(options.file, request.scene.reading);
     facts.scene.default_scene = chooseScene(facts.scene, request.scene);
     selectNodes(facts.scene, request.scene);
@@ -342,8 +344,8 @@ std::string treeText(const Scene& scene) {
 
 std::string toText(const SceneFacts& facts, const InfoOptions& options) {
     const Scene& scene = facts.scene;
-    std::string text = printable(options.file.string(), kMostOfLine) + ": " +
-                       (facts.assumed ? facts.assumed->format : "glTF") + " scene";
+    std::string text =
+        printable(options.file.string(), kMostOfLine) + ": " + facts.format + " scene";
     if (!scene.generator.empty()) text += ", written by " + printable(scene.generator);
     if (facts.assumed) {
         char unit[64];

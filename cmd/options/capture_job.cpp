@@ -84,7 +84,8 @@ void chooseForEyes(const VerbOptions& verb, const CameraOptions& camera,
 }
 
 void addSceneArgument(VerbOptions& verb, CaptureJobOptions& options) {
-    addFile(verb, "SCENE", "", options.scene.file, "a scene: glTF (.gltf, .glb), PLY, STL or OBJ")
+    addFile(verb, "SCENE", "", options.scene.file,
+            "a scene: glTF (.gltf, .glb), PLY, STL, OBJ or 3MF")
         .files(sceneExtensions())
         .required();
 }

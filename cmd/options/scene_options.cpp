@@ -38,7 +38,8 @@ void addSceneOptions(VerbOptions& verb, SceneOptions& options) {
     addValue(
         verb, "--smooth-normals", "DEGREES", options.reading.smooth_normals,
         [](const std::string& text) { return parseNumber(text); },
-        "smooth edges up to this angle, 0 to 180, in a PLY, STL or OBJ without normals (default: "
+        "smooth edges up to this angle, 0 to 180, in a PLY, STL, OBJ or 3MF without normals "
+        "(default: "
         "flat triangles)")
         .group(kGroup);
     if (!verb.knows("--unit")) addUnitOption(verb, options.reading);

@@ -16,6 +16,17 @@ target_link_options(peeler_portable PRIVATE LINKER:--disable-new-dtags)
 set_target_properties(peeler_portable PROPERTIES BUILD_WITH_INSTALL_RPATH ON
     INSTALL_RPATH "${portable_path}")
 
+# The program that reads 3MF is started without that path, so it needs one of its own.
+set(helper_path "$ORIGIN/.." "/usr/lib/${CMAKE_LIBRARY_ARCHITECTURE}"
+    "/lib/${CMAKE_LIBRARY_ARCHITECTURE}" /usr/lib64 /lib64 /usr/lib /lib "$ORIGIN/../spare")
+get_target_property(threemf_sources peeler_3mf SOURCES)
+add_executable(peeler_3mf_portable EXCLUDE_FROM_ALL ${threemf_sources})
+target_include_directories(peeler_3mf_portable SYSTEM PRIVATE ${LIB3MF_INCLUDE_DIR})
+target_link_libraries(peeler_3mf_portable PRIVATE peeler_options ${LIB3MF_LIBRARY})
+target_link_options(peeler_3mf_portable PRIVATE LINKER:--disable-new-dtags)
+set_target_properties(peeler_3mf_portable PROPERTIES BUILD_WITH_INSTALL_RPATH ON
+    INSTALL_RPATH "${helper_path}")
+
 set(packages ${PROJECT_BINARY_DIR}/packages)
 set(packing ${PROJECT_BINARY_DIR}/packing)  # intermediate files
 set(portable_name ${PROJECT_NAME}-${PROJECT_VERSION}-linux-${CMAKE_SYSTEM_PROCESSOR})
@@ -36,8 +47,8 @@ add_custom_target(packages
     COMMAND ${CMAKE_COMMAND} -E rm -rf ${packages}/_CPack_Packages
     COMMAND ${CMAKE_COMMAND} -D SETTINGS=${packing}/portable_settings.cmake
         -P ${CMAKE_CURRENT_LIST_DIR}/portable.cmake
-    DEPENDS peeler peeler_portable ${peeler_modules} peeler_decode write_manual peeler_shared
-        peeler_static
+    DEPENDS peeler peeler_portable peeler_3mf_portable ${peeler_modules} ${peeler_helpers} write_manual
+        peeler_shared peeler_static
     WORKING_DIRECTORY ${PROJECT_BINARY_DIR}
     COMMENT "Packing ${packages}" USES_TERMINAL VERBATIM)
 if(TARGET peeler_python)

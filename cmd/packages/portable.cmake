@@ -22,6 +22,8 @@ foreach(component program manual)
         --prefix ${root} OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
 endforeach()
 execute_process(COMMAND ${strip} -o ${root}/bin/peeler ${program} COMMAND_ERROR_IS_FATAL ANY)
+set(threemf ${root}/${modules_folder}/peeler_3mf)
+execute_process(COMMAND ${strip} -o ${threemf} ${threemf_program} COMMAND_ERROR_IS_FATAL ANY)
 # peeler_decode is started without the path to the libraries. So Draco must be linked into
 # peeler_decode.
 execute_process(COMMAND ${objdump} -p ${root}/${modules_folder}/peeler_decode
@@ -35,7 +37,7 @@ foreach(module IN LISTS modules)
     list(APPEND modules_here ${root}/${modules_folder}/${module}.so)
 endforeach()
 copy_libraries(libraries kept ${root}/lib "${machines};${unused}"
-    EXECUTABLES ${root}/bin/peeler MODULES ${modules_here})
+    EXECUTABLES ${root}/bin/peeler ${threemf} MODULES ${modules_here})
 set(library_folders /usr/lib/${architecture} /lib/${architecture} /usr/lib /lib)
 make_stand_ins("${unused}" "${announced}" ${root}/lib ${kept})
 collect_licences(${root}/share/doc/peeler ${libraries} ${sources})
@@ -44,7 +46,7 @@ file(COPY_FILE ${CMAKE_CURRENT_LIST_DIR}/portable_readme.txt ${root}/README.txt)
 
 # The newest version of the C library that any of the files needs.
 set(newest 0)
-foreach(file IN LISTS kept modules_here ITEMS ${root}/bin/peeler)
+foreach(file IN LISTS kept modules_here threemf ITEMS ${root}/bin/peeler)
     execute_process(COMMAND ${objdump} -p ${file} OUTPUT_VARIABLE headers)
     string(REGEX MATCHALL "GLIBC_[0-9]+\\.[0-9]+" found "${headers}")
     foreach(one IN LISTS found)

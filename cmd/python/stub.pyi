@@ -26,7 +26,7 @@ class Error(Exception):
     def __init__(self, kind: str, what: str, where: str = ..., hint: str = ...) -> None: ...
 
 class Scene:
-    """The scene in a file (glTF, PLY, STL, OBJ), or a mesh of arrays. Right-handed, +Y up, scene units."""
+    """The scene in a file (glTF, PLY, STL, OBJ, 3MF), or a mesh of arrays. Right-handed, +Y up, scene units."""
 
     def __init__(
         self,

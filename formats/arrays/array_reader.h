@@ -67,8 +67,9 @@ class NpzArchive {
         std::uint64_t packed = 0, size = 0, offset = 0;
     };
 
-    /// Reads the directory. `where` is the file's name. Throws Error (kInput) if it is damaged.
-    NpzArchive(std::span<const std::uint8_t> file, std::string where);
+    /// Reads the directory. `where` is the file's name; `kind` names its format in a hint. Throws
+    /// Error (kInput) if it is damaged.
+    NpzArchive(std::span<const std::uint8_t> file, std::string where, const char* kind = ".npz");
 
     const std::vector<Member>& members() const { return members_; }
     /// Returns the array with this name, or null if the archive lacks it.
@@ -84,6 +85,7 @@ class NpzArchive {
   private:
     std::span<const std::uint8_t> file_;
     std::string where_;
+    const char* kind_;
     std::vector<Member> members_;
 };
 

@@ -20,15 +20,21 @@ using Member = NpzArchive::Member;
 // The maximum expansion ratio of DEFLATE: two bits can encode 258 bytes.
 constexpr std::uint64_t kMostInflation = 1032;
 
-[[noreturn]] void damaged(const std::string& what, const std::string& where) {
-    throw Error(ErrorKind::kInput, "the archive is damaged: " + what, where,
-                "check that it is a complete .npz file");
+/// The place in an archive, and the archive's format, for messages.
+struct ArchivePlace {
+    const std::string& where;
+    const char* kind;
+};
+
+[[noreturn]] void damaged(const std::string& what, const ArchivePlace& place) {
+    throw Error(ErrorKind::kInput, "the archive is damaged: " + what, place.where,
+                "check that it is a complete " + std::string(place.kind) + " file");
 }
 
 /// A reader of little-endian numbers at offsets in the file.
 class ArchiveFields {
   public:
-    ArchiveFields(ByteSpan bytes, const std::string& where) : bytes_(bytes), where_(where) {}
+    ArchiveFields(ByteSpan bytes, const ArchivePlace& place) : bytes_(bytes), place_(place) {}
 
     template <class T>
     T at(std::uint64_t offset) const {
@@ -38,7 +44,7 @@ class ArchiveFields {
     }
     ByteSpan part(std::uint64_t offset, std::uint64_t size) const {
         if (offset > bytes_.size() || size > bytes_.size() - offset)
-            damaged("data lies beyond its end", where_);
+            damaged("data lies beyond its end", place_);
         return bytes_.subspan(offset, size);
     }
     std::uint64_t size() const { return bytes_.size(); }
@@ -46,14 +52,14 @@ class ArchiveFields {
   private:
     static_assert(std::endian::native == std::endian::little);
     ByteSpan bytes_;
-    const std::string& where_;
+    ArchivePlace place_;
 };
 
 struct Directory {
     std::uint64_t offset = 0, entries = 0;
 };
 
-Directory directoryOf(const ArchiveFields& file, const std::string& where) {
+Directory directoryOf(const ArchiveFields& file, const ArchivePlace& place) {
     constexpr std::uint64_t kEnd = 22, kMostComment = 65535, kLocator = 20;
     for (std::uint64_t back = kEnd; back <= std::min(file.size(), kEnd + kMostComment); ++back) {
         const std::uint64_t end = file.size() - back;
@@ -61,12 +67,12 @@ Directory directoryOf(const ArchiveFields& file, const std::string& where) {
         Directory found{file.at<std::uint32_t>(end + 16), file.at<std::uint16_t>(end + 10)};
         if (end >= kLocator && file.at<std::uint32_t>(end - kLocator) == 0x07064B50) {
             const auto end64 = file.at<std::uint64_t>(end - kLocator + 8);
-            if (file.at<std::uint32_t>(end64) != 0x06064B50) damaged("no ZIP64 directory", where);
+            if (file.at<std::uint32_t>(end64) != 0x06064B50) damaged("no ZIP64 directory", place);
             found = {file.at<std::uint64_t>(end64 + 48), file.at<std::uint64_t>(end64 + 32)};
         }
         return found;
     }
-    damaged("there is no directory", where);
+    damaged("there is no directory", place);
 }
 
 /// Reads the sizes and the offset that do not fit into 32 bits from a member's extra field, in the
@@ -89,14 +95,14 @@ void takeZip64(const ArchiveFields& file, std::uint64_t extra, std::uint64_t siz
     }
 }
 
-std::vector<Member> membersOf(const ArchiveFields& file, const std::string& where) {
+std::vector<Member> membersOf(const ArchiveFields& file, const ArchivePlace& place) {
     constexpr std::uint64_t kEntry = 46;
-    const Directory directory = directoryOf(file, where);
-    if (directory.entries > file.size() / kEntry) damaged("an impossible directory", where);
+    const Directory directory = directoryOf(file, place);
+    if (directory.entries > file.size() / kEntry) damaged("an impossible directory", place);
     std::vector<Member> members;
     std::uint64_t at = directory.offset;
     for (std::uint64_t i = 0; i < directory.entries; ++i) {
-        if (file.at<std::uint32_t>(at) != 0x02014B50) damaged("its directory is broken", where);
+        if (file.at<std::uint32_t>(at) != 0x02014B50) damaged("its directory is broken", place);
         const auto name = file.at<std::uint16_t>(at + 28), extra = file.at<std::uint16_t>(at + 30),
                    comment = file.at<std::uint16_t>(at + 32);
         const ByteSpan text = file.part(at + kEntry, name);
@@ -114,8 +120,10 @@ std::vector<Member> membersOf(const ArchiveFields& file, const std::string& wher
 
 }  // namespace
 
-NpzArchive::NpzArchive(ByteSpan file, std::string where) : file_(file), where_(std::move(where)) {
-    members_ = membersOf(ArchiveFields(file_, where_), where_);
+NpzArchive::NpzArchive(ByteSpan file, std::string where, const char* kind)
+    : file_(file), where_(std::move(where)), kind_(kind) {
+    const ArchivePlace place{where_, kind_};
+    members_ = membersOf(ArchiveFields(file_, place), place);
 }
 
 const Member* NpzArchive::find(std::string_view array) const {
@@ -129,30 +137,31 @@ const Member* NpzArchive::find(std::string_view array) const {
 ByteSpan NpzArchive::contents(const Member& member, std::vector<std::uint8_t>& storage) const {
     constexpr std::uint64_t kLocal = 30;
     const std::string where = placeOf(member);
-    const ArchiveFields file(file_, where);
+    const ArchivePlace place{where, kind_};
+    const ArchiveFields file(file_, place);
     if (member.flags & 1U) throw Error(ErrorKind::kInput, "the array is encrypted", where);
-    if (file.at<std::uint32_t>(member.offset) != 0x04034B50) damaged("an array is missing", where);
+    if (file.at<std::uint32_t>(member.offset) != 0x04034B50) damaged("an array is missing", place);
     const std::uint64_t names = std::uint64_t{file.at<std::uint16_t>(member.offset + 26)} +
                                 file.at<std::uint16_t>(member.offset + 28);
     ByteSpan bytes = file.part(member.offset + kLocal + names, member.packed);
     if (member.method == 0) {
-        if (member.size != member.packed) damaged("sizes contradict each other", where);
+        if (member.size != member.packed) damaged("sizes contradict each other", place);
     } else if (member.method == 8) {
-        if (member.size > kMostInflation * member.packed) damaged("an impossible size", where);
+        if (member.size > kMostInflation * member.packed) damaged("an impossible size", place);
         storage.resize(member.size);
         const std::unique_ptr<libdeflate_decompressor, void (*)(libdeflate_decompressor*)> inflate(
             libdeflate_alloc_decompressor(), libdeflate_free_decompressor);
         if (!inflate) throw std::bad_alloc();
         if (libdeflate_deflate_decompress(inflate.get(), bytes.data(), bytes.size(), storage.data(),
                                           storage.size(), nullptr) != LIBDEFLATE_SUCCESS)
-            damaged("an array cannot be decompressed", where);
+            damaged("an array cannot be decompressed", place);
         bytes = storage;
     } else {
         throw Error(ErrorKind::kInput, "the array is compressed by a method other than DEFLATE",
                     where, "write it again with numpy.savez or numpy.savez_compressed");
     }
     if (libdeflate_crc32(0, bytes.data(), bytes.size()) != member.crc)
-        damaged("a checksum does not match", where);
+        damaged("a checksum does not match", place);
     return bytes;
 }
 

@@ -99,6 +99,10 @@ void waitFor(pid_t child, const HelperRun& run) {
     const std::uint64_t microseconds =
         microsecondsOf(used.ru_utime) + microsecondsOf(used.ru_stime);
     if (run.used) *run.used += microseconds;
+    constexpr int kNotLoaded = 127;  // the dynamic linker's exit status
+    if (WIFEXITED(status) && WEXITSTATUS(status) == kNotLoaded)
+        throw Error(ErrorKind::kInternal, "a part of peeler lacks a library", run.program.string(),
+                    run.install);
     if (!WIFSIGNALED(status)) return;
     const int number = WTERMSIG(status);
     const std::uint64_t seconds = (microseconds + kSecond / 2) / kSecond;

@@ -84,6 +84,7 @@ struct HelperRun {
     /// If set, runHelper() adds the helper's processor time, in microseconds, however the helper
     /// ends.
     std::atomic<std::uint64_t>* used = nullptr;
+    const char* install = "";  ///< hint of the Error for a program that lacks a library
 };
 
 /// Runs the program, whose main is helperMain() (formats/modules/helper_main.h), and returns its
@@ -91,8 +92,8 @@ struct HelperRun {
 /// environment; nothing of this process's memory or threads is copied. Rethrows an Error (kInput or
 /// kMemory) that the helper reports, with the same kind, message and hint. Throws Error (kInput)
 /// with an empty `where` if the helper crashes, exceeds its limits or returns anything else. Throws
-/// Error (kInternal) if the helper cannot be started. Hostile data may control the helper, so the
-/// caller must check all values that it takes from the result. Thread-safe.
+/// Error (kInternal) if the helper cannot be started or lacks a library. Hostile data may control
+/// the helper, so the caller must check all values that it takes from the result. Thread-safe.
 SharedFile runHelper(const HelperRun& run, const SharedFile& request);
 
 }  // namespace peeler

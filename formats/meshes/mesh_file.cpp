@@ -103,6 +103,10 @@ void MeshFile::allowGeometry(std::uint64_t bytes) {
     allow(bytes);
 }
 
+std::uint64_t MeshFile::memoryLeft() const {
+    return memory_.budget() == 0 ? std::numeric_limits<std::uint64_t>::max() : memory_.left();
+}
+
 std::string MeshFile::atLine(std::size_t place) const {
     return name_ + ":" + std::to_string(lineAt(text(), place));
 }
@@ -132,18 +136,20 @@ void MeshFile::missing(const std::string& what, const Error& problem, const std:
                    Error(ErrorKind::kInput, why, where, problem.hintText()));
 }
 
+int MeshFile::addMesh(const std::string& mesh_name, Mesh mesh) {
+    for (std::size_t i = 0; i < mesh.primitives.size(); ++i) {
+        mesh.primitives[i].source.primitive = i;
+        mesh.primitives[i].source.vertices = mesh.primitives[i].positions.size();
+    }
+    mesh.name = mesh_name;
+    scene_.meshes.push_back(std::move(mesh));
+    return static_cast<int>(scene_.meshes.size()) - 1;
+}
+
 int MeshFile::addNode(const std::string& node_name, Mesh mesh) {
     Node node;
     node.name = node_name;
-    if (showsSomething(mesh)) {
-        for (std::size_t i = 0; i < mesh.primitives.size(); ++i) {
-            mesh.primitives[i].source.primitive = i;
-            mesh.primitives[i].source.vertices = mesh.primitives[i].positions.size();
-        }
-        node.mesh = static_cast<int>(scene_.meshes.size());
-        mesh.name = node_name;
-        scene_.meshes.push_back(std::move(mesh));
-    }
+    if (showsSomething(mesh)) node.mesh = addMesh(node_name, std::move(mesh));
     scene_.nodes.push_back(std::move(node));
     return static_cast<int>(scene_.nodes.size()) - 1;
 }

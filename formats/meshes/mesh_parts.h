@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Building blocks for the readers of PLY, STL, OBJ and arrays: the file, vertex deduplication,
+// Building blocks for the readers of PLY, STL, OBJ, 3MF and arrays: the file, vertex deduplication,
 // polygons, normals, materials and textures. They throw Error (kInput), with the position in the
 // file as `where`, if the file is faulty.
 #pragma once
@@ -26,19 +26,27 @@
 
 namespace peeler {
 
-// The functions in the format table, defined in ply_scene.cpp, stl_scene.cpp, obj_scene.cpp and
-// array_scene.cpp.
+// The functions in the format table, defined in ply_scene.cpp, stl_scene.cpp, obj_scene.cpp,
+// threemf_scene.cpp and array_scene.cpp.
 
 Scene readPlyScene(const std::filesystem::path& path, const SceneReadOptions& options);
 Scene readStlScene(const std::filesystem::path& path, const SceneReadOptions& options);
 bool isStl(std::string_view begin, std::uint64_t size);
 Scene readObjScene(const std::filesystem::path& path, const SceneReadOptions& options);
 bool isObj(std::string_view begin, std::uint64_t size);
+Scene readThreeMfScene(const std::filesystem::path& path, const SceneReadOptions& options);
+bool isThreeMf(std::string_view begin, std::uint64_t size);
 Scene readArrayScene(const std::filesystem::path& path, const SceneReadOptions& options);
 bool isArrayScene(std::string_view begin, std::uint64_t size);
 
 /// Returns the text without a UTF-8 byte order mark.
 std::string_view withoutByteOrderMark(std::string_view text);
+
+// Defined in scene_reader.cpp.
+
+/// Returns the transform from a file's axes and units to those of the scene. It is exact if the
+/// unit is a metre.
+glm::dmat4 placeOf(Axis up, double unit);
 
 // Defined in mesh_file.cpp.
 
@@ -64,6 +72,8 @@ class MeshFile {
     void allow(std::uint64_t bytes) { memory_.allow(bytes, name_); }
     /// Checks the memory budget and max_geometry_bytes, for vertices and indices of the scene.
     void allowGeometry(std::uint64_t bytes);
+    /// Returns the rest of the memory budget, in bytes.
+    std::uint64_t memoryLeft() const;
 
     /// These return the text of a position in the file: "part.obj:12", "part.stl, byte 84".
     std::string atLine(std::size_t place) const;
@@ -79,6 +89,8 @@ class MeshFile {
     /// Warns that a texture file or material file is not available.
     void missing(const std::string& what, const Error& problem, const std::string& where);
 
+    /// Adds a mesh, which several nodes may place. Returns its index.
+    int addMesh(const std::string& mesh_name, Mesh mesh);
     /// Adds a node, and the mesh unless it is empty. Returns the node's index.
     int addNode(const std::string& node_name, Mesh mesh);
     /// Returns the index of the plain grey material. The first call adds it.

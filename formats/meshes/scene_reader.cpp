@@ -20,6 +20,7 @@ constexpr std::size_t kBegin = 4096;
 
 constexpr std::string_view kGltfExtensions[] = {".gltf", ".glb"}, kPlyExtensions[] = {".ply"},
                            kStlExtensions[] = {".stl"}, kObjExtensions[] = {".obj"},
+                           kThreeMfExtensions[] = {".3mf"},
                            kArrayExtensions[] = {".npz", ".safetensors"};
 
 constexpr SceneFormat kSceneFormats[] = {
@@ -32,7 +33,8 @@ constexpr SceneFormat kSceneFormats[] = {
      },
      [](const std::filesystem::path& path, const SceneReadOptions& options) {
          return readGltf(path, options);
-     }},
+     },
+     false, "a glTF has +Y up, units of metres and its own normals", true},
     {"arrays", kArrayExtensions, isArrayScene, readArrayScene, true},
     {"PLY", kPlyExtensions,
      [](std::string_view begin, std::uint64_t) {
@@ -42,9 +44,9 @@ constexpr SceneFormat kSceneFormats[] = {
      readPlyScene},
     {"STL", kStlExtensions, isStl, readStlScene},
     {"OBJ", kObjExtensions, isObj, readObjScene},
+    {"3MF", kThreeMfExtensions, isThreeMf, readThreeMfScene, false,
+     "a 3MF has +Z up, and names its unit", false, true},
 };
-
-constexpr const SceneFormat* kGltf = &kSceneFormats[0];
 
 /// A kind of file that is not a scene, recognised by its first bytes.
 struct NoScene {
@@ -90,19 +92,17 @@ const SceneFormat* formatOf(const std::filesystem::path& path) {
     return formatNamed(path);
 }
 
-/// Returns the transform from the file's axes and units to those of the scene. It is exact if the
-/// unit is a metre.
-glm::dmat4 placeOf(Axis up, double unit) {
-    const glm::dvec4 x(unit, 0, 0, 0), y(0, unit, 0, 0), z(0, 0, unit, 0), end(0, 0, 0, 1);
-    switch (up) {
-        case Axis::kX:
-            return {y, -x, z, end};
-        case Axis::kY:
-            break;
-        case Axis::kZ:
-            return {x, -z, y, end};
-    }
-    return {x, y, z, end};
+/// Warns of options for properties that the format defines.
+void checkUnused(const SceneFormat& format, const std::filesystem::path& path,
+                 const SceneReadOptions& options, Scene& scene) {
+    if (!options.up && !options.metres_per_unit && !(format.has_normals && options.smooth_normals))
+        return;
+    const Text names = format.has_normals ? Parameter::kUp + ", " + Parameter::kMetresPerUnit +
+                                                " and " + Parameter::kSmoothNormals
+                                          : Parameter::kUp + " and " + Parameter::kMetresPerUnit;
+    const Text why = names + " are for PLY, STL and OBJ: " + format.defines;
+    if (options.strict) throw Error(ErrorKind::kUsage, why, path.string());
+    scene.warnings.push_back(why + ".");
 }
 
 void checkOptions(const SceneReadOptions& options) {
@@ -117,6 +117,19 @@ void checkOptions(const SceneReadOptions& options) {
 
 }  // namespace
 
+glm::dmat4 placeOf(Axis up, double unit) {
+    const glm::dvec4 x(unit, 0, 0, 0), y(0, unit, 0, 0), z(0, 0, unit, 0), end(0, 0, 0, 1);
+    switch (up) {
+        case Axis::kX:
+            return {y, -x, z, end};
+        case Axis::kY:
+            break;
+        case Axis::kZ:
+            return {x, -z, y, end};
+    }
+    return {x, y, z, end};
+}
+
 std::span<const SceneFormat> sceneFormats() {
     return kSceneFormats;
 }
@@ -128,6 +141,11 @@ std::string sceneExtensions(bool by_name) {
             if (!(by_name && format.by_content))
                 all.append(all.empty() ? "" : " ").append(extension);
     return all;
+}
+
+bool namesUnit(const std::filesystem::path& path) {
+    const SceneFormat* const format = sceneFormatOf(path);
+    return format && format->names_unit;
 }
 
 bool isSceneName(const std::filesystem::path& path) {
@@ -146,7 +164,7 @@ const SceneFormat* sceneFormatOf(const std::filesystem::path& path) {
 std::optional<Assumed> assumedOf(const std::filesystem::path& path,
                                  const SceneReadOptions& options) {
     const SceneFormat* const format = formatOf(path);
-    if (!format || format == kGltf) return {};
+    if (!format || format->defines) return {};
     return Assumed{format->name, options.up.value_or(Axis::kY),
                    options.metres_per_unit.value_or(1)};
 }
@@ -156,22 +174,15 @@ Scene readSceneFile(const std::filesystem::path& path, const SceneReadOptions& o
     const SceneFormat* const format = formatOf(path);
     if (!format)
         throw Error(ErrorKind::kInput, "unknown scene format", path.string(),
-                    "give glTF, PLY, STL, OBJ or arrays; the format is recognised by content");
+                    "give glTF, PLY, STL, OBJ, 3MF or arrays; the format is recognised by content");
     Scene scene;
     try {
         scene = format->read(path, options);
     } catch (const std::bad_alloc&) {
         throw Error(ErrorKind::kMemory, "not enough memory to read the scene", path.string());
     }
-    if (format == kGltf) {
-        if (options.up || options.metres_per_unit || options.smooth_normals) {
-            const Text why = Parameter::kUp + ", " + Parameter::kMetresPerUnit + " and " +
-                             Parameter::kSmoothNormals +
-                             " are for PLY, STL and OBJ: a glTF has +Y "
-                             "up, units of metres and its own normals";
-            if (options.strict) throw Error(ErrorKind::kUsage, why, path.string());
-            scene.warnings.push_back(why + ".");
-        }
+    if (format->defines) {
+        checkUnused(*format, path, options, scene);
         return scene;
     }
     const glm::dmat4 place =

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reader of scene files of all formats: glTF, PLY, STL, OBJ, arrays.
+// Reader of scene files of all formats: glTF, PLY, STL, OBJ, 3MF, arrays.
 #pragma once
 
 #include <cstdint>
@@ -24,14 +24,21 @@ struct SceneFormat {
     /// Whether files that are not scenes have the same extensions, so that only the content
     /// identifies a scene.
     bool by_content = false;
+    /// The properties that the format defines, for a message; null if it defines neither up axis
+    /// nor unit.
+    const char* defines = nullptr;
+    bool has_normals = false;  ///< whether smooth_normals does not apply
+    bool names_unit = false;   ///< whether each file names its unit
 };
 
 /// Returns all formats, in the order in which they are tested.
 std::span<const SceneFormat> sceneFormats();
 
 /// Returns the extensions of all formats, separated by blanks: ".gltf .glb .npz .safetensors .ply
-/// .stl .obj". With `by_name`, only those that isSceneName() accepts.
+/// .stl .obj .3mf". With `by_name`, only those that isSceneName() accepts.
 std::string sceneExtensions(bool by_name = false);
+/// Whether the file names its unit, as a 3MF does. Throws Error (kInput) if it cannot be read.
+bool namesUnit(const std::filesystem::path& path);
 /// Whether the name has an extension that only scenes have.
 bool isSceneName(const std::filesystem::path& path);
 
@@ -46,7 +53,7 @@ struct Assumed {
     double metres_per_unit = 1;
 };
 /// Returns the assumptions for a file, or nothing if its format defines all these properties, as
-/// glTF does.
+/// glTF and 3MF do.
 std::optional<Assumed> assumedOf(const std::filesystem::path& path,
                                  const SceneReadOptions& options);
 

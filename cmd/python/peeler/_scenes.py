@@ -82,7 +82,7 @@ def _choice(name, value, choices):
 class Scene:
     """Scene(path, **keywords)
 
-    The scene in a file (glTF, PLY, STL, OBJ). It never changes, any number of Renderers may render it, and it can be
+    The scene in a file (glTF, PLY, STL, OBJ, 3MF). It never changes, any number of Renderers may render it, and it can be
     pickled for another process. Space: right-handed, +Y up, the file's units (metres in valid glTF).
 
     Keywords are those of `peeler render`: scene, include, exclude, allow_outside, ignore_extension, smooth_normals,

@@ -13,6 +13,7 @@
 #include "cmd/tiny_gltf.h"
 #include "formats/image/flat_image.h"
 #include "formats/image/legend.h"
+#include "formats/meshes/threemf_package.h"
 #include "support/closed_meshes.h"
 #include "support/test_support.h"
 
@@ -243,6 +244,27 @@ std::string noisyStl(double offset) {
         text += i % 3 == 2 ? "\nendloop\nendfacet\n" : "\n";
     }
     return text + "endsolid box\n";
+}
+
+TEST_F(CheckVerb, TheUnitOfA3mfIsItsOwn) {
+    const std::string box = (dir_ / "box.3mf").string();
+    writeText(box, threeMfOf(threeMfModel(threeMfObject(threeMfBox(1, 2, 30)),
+                                          "<item objectid=\"1\"/>", "inch")));
+    EXPECT_TRUE(contains(check(box).out, "  size           25.4 x 762 x 50.8 mm\n"));
+    EXPECT_EQ(check(box).err, "");
+    EXPECT_TRUE(contains(check(box, {"--unit", "inch"}).out, "  size           1 x 30 x 2 inch\n"));
+    EXPECT_EQ(json(box, 0, {"--unit", "mm"}).at("metresPerUnit"), 1);
+    EXPECT_EQ(check(box, {"--unit", "mm", "--min-wall", "25"}).exit_code, 0);
+    EXPECT_EQ(check(box, {"--unit", "mm", "--min-wall", "26"}).exit_code, 3);
+    // A mirrored part faces outwards.
+    const std::string mirrored = "<item objectid=\"1\" transform=\"-1 0 0 0 1 0 0 0 1 0 0 0\"/>";
+    writeText(box, threeMfOf(threeMfModel(threeMfObject(threeMfBox(1, 2, 3)), mirrored)));
+    EXPECT_EQ(json(box, 0).at("parts")[0].at("oriented"), true);
+    EXPECT_NEAR(json(box, 0).at("volume").get<double>(), 6e-9, 1e-15);
+    // 20 metres: too large for a printer, but the unit is certain.
+    writeText(box, threeMfOf(threeMfModel(threeMfObject(threeMfBox(20, 20, 20)),
+                                          "<item objectid=\"1\"/>", "meter")));
+    EXPECT_FALSE(contains(check(box).err, "give --unit mm"));
 }
 
 TEST_F(CheckVerb, AnStlWithNoiseIsWelded) {

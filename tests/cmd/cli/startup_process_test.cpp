@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "cmd/tiny_gltf.h"
+#include "formats/meshes/threemf_package.h"
 #include "support/test_support.h"
 
 namespace peeler::test {
@@ -174,6 +175,19 @@ TEST(Startup, ADecoderThatIsMissingIsSaid) {
     const CommandResult there = Copy("bin/peeler", "lib/peeler").render(scene, "layers.exr");
     EXPECT_EQ(there.exit_code, 3) << "the data is no fault of ours";
     EXPECT_NE(there.err.find("not Draco data"), std::string::npos) << there.err;
+}
+
+TEST(Startup, AReaderOf3mfWithoutItsLibraryNamesThePackage) {
+    const ScratchDir scratch;
+    const std::string scene = scratch / "a.3mf";
+    std::ofstream(scene) << threeMfOf(threeMfModel(threeMfObject(threeMfBox(1, 1, 1))));
+    EXPECT_EQ(runPeelerProcess({"info", scene}).exit_code, 0);
+    std::ofstream(scratch / "lib3MF.so.1") << "no library";
+    const CommandResult result =
+        runPeelerProcess({"info", scene}, {"LD_LIBRARY_PATH=" + scratch.path().string()});
+    EXPECT_EQ(result.exit_code, 1) << result.err;
+    for (const char* part : {"lacks a library", "lib/peeler/peeler_3mf", "package lib3mf1"})
+        EXPECT_NE(result.err.find(part), std::string::npos) << result.err;
 }
 
 TEST(Startup, AModuleThatIsMissingIsSaidAndLeavesNoFile) {

@@ -125,7 +125,7 @@ TEST(Description, KnowsWhatBecomesOfValues) {
     const auto scene = optionOf("render", "SCENE");
     EXPECT_TRUE(scene.is_file && scene.required && scene.repeated && scene.names.empty());
     EXPECT_EQ(scene.endings, (std::vector<std::string>{".gltf", ".glb", ".npz", ".safetensors",
-                                                       ".ply", ".stl", ".obj"}));
+                                                       ".ply", ".stl", ".obj", ".3mf"}));
     const auto output = optionOf("render", "--output");
     EXPECT_EQ(output.names, (std::vector<std::string>{"-o", "--output"}));
     EXPECT_TRUE(output.is_file && output.required && !output.repeated);

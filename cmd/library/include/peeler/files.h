@@ -18,8 +18,8 @@
 
 namespace peeler::inline v0 {
 
-/// Reads a scene file for Shown::scene: glTF, PLY, STL or OBJ, recognised by content. Throws Error
-/// (kInput) if the file is unreadable or invalid.
+/// Reads a scene file for Shown::scene: glTF, PLY, STL, OBJ or 3MF, recognised by content. Throws
+/// Error (kInput) if the file is unreadable or invalid.
 std::shared_ptr<const Scene> readScene(const std::filesystem::path& path,
                                        const SceneReadOptions& options = {});
 

@@ -15,7 +15,7 @@ enum class Axis : std::uint8_t { kX, kY, kZ };
 
 /// Options for reading scenes. The GltfOptions apply to every format that has the feature. The
 /// fields below are for PLY, STL and OBJ, which do not specify axes, units and smoothing. glTF
-/// specifies all three, so its reader ignores these fields with a warning.
+/// specifies all three and 3MF the first two, so their readers ignore these with a warning.
 struct SceneReadOptions : GltfOptions {
     std::optional<Axis> up;                 ///< the file's axis that becomes +Y; none = Y
     std::optional<double> metres_per_unit;  ///< scale from the file's unit to metres; none = 1
