@@ -14,7 +14,7 @@ test="libgtest-dev libembree-dev openexr libopenvdb-tools python3 python3-numpy 
     python3-openimageio python3-openvdb python3-meshio clang-format clang-tidy chromium
     chromium-driver python3-selenium python3-yaml locales slurmctld slurmd slurm-client munge parallel
     debootstrap faketime python3-distributed glslang-tools spirv-tools groff-base mandoc fish zsh dpkg-dev file lintian"
-# Programs that read training data and write meshes; `sh tests/run.sh all` tries them.
+# Programs that read training data and write meshes. `sh tests/run.sh all` runs them.
 datasets="python3-opencv python3-torch python3-imageio python3-png colmap meshlab python3-open3d xvfb xauth"
 # Needed by the target `packages`.
 pack="dpkg-dev file"

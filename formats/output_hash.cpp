@@ -109,10 +109,9 @@ std::string outputHash(const View& view, const std::string& path, const OutputOp
 std::string outputHashFrom(const ExrInfo& input, const View& view, const std::string& path,
                            const OutputOptions& output) {
     if (!input.attributes().contains("peeler:outputHash")) return "";
-    if (output.composited) return "";  // the layers of a composite are unknown
-    // With several samples per pixel, a render composites the original samples, but a composite of
-    // stored fragments uses merged and rounded values. The two results differ, so the file gets no
-    // hash.
+    if (output.composited) return "";
+    // With several samples per pixel, a render composites the original samples. A composite of
+    // stored fragments differs, because these are merged and rounded. So such a file gets no hash.
     if (input.plan.samples > 1 && !findOutputFormat(path, output.as).holdsFragments()) return "";
     return outputHash(view, path, output);
 }

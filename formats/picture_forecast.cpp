@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Forecasts of the sizes of picture files from the count pass: exact sizes or upper bounds.
+// Size forecasts of picture files from the count pass: exact sizes or upper bounds.
 #include <algorithm>
 #include <iterator>
 
@@ -11,7 +11,7 @@ namespace {
 
 using Bytes = std::uint64_t;
 
-/// The sizes, in bytes, from which the forecasts of all kinds of files are calculated.
+/// Sizes that the forecasts of all kinds of files share.
 struct PlannedBytes {
     PlannedBytes(const Plan& of, const OutputOptions& options)
         : plan(of),
@@ -29,18 +29,18 @@ struct PlannedBytes {
 
     const Plan& plan;
     Bytes pixels, rows;
-    Bytes fragment;  ///< bytes per fragment: colour, Z and channels
+    Bytes fragment;  ///< in bytes: colour, Z and channels
     Bytes header;
 };
 
 Bytes compositeBytes(const PlannedBytes& planned, const OutputOptions& options) {
-    // Two Cryptomatte layers of six pairs of 32-bit floats each
+    // Two Cryptomatte layers, each with six pairs of 32-bit floats.
     constexpr Bytes kCryptomatteBytes = sizeof(float) * 2 * 6 * 2;
     return planned.part(planned.plan.view.crop,
                         planned.fragment + (options.cryptomatte ? kCryptomatteBytes : 0));
 }
 
-/// Returns the bytes of layered files. In a single part, all layers share one data window, at most
+/// Returns the bytes of layered files. In a single part, the data window of all layers is at most
 /// the crop.
 Bytes layersBytes(const PlannedBytes& planned, const OutputOptions& options) {
     const Plan& plan = planned.plan;
@@ -51,7 +51,7 @@ Bytes layersBytes(const PlannedBytes& planned, const OutputOptions& options) {
     return bytes;
 }
 
-/// Returns the bytes of deep files. Ids have their own part, with its own Z and sample counts.
+/// Returns the bytes of deep files. Ids are in their own part, with their own Z and sample counts.
 Bytes samplesBytes(const PlannedBytes& planned, const OutputOptions&) {
     constexpr Bytes kParts = 2;
     return kParts * (planned.header + kExrChunkBytes * planned.rows +
@@ -60,8 +60,8 @@ Bytes samplesBytes(const PlannedBytes& planned, const OutputOptions&) {
 }
 
 /// Returns the bytes of a page. Before DEFLATE, a fragment takes 18 bytes, 3 more with coloured
-/// opacity and 8 more with ids; base 64 then turns every 3 bytes into 4. Names take hardly more
-/// than in an EXR header.
+/// opacity and 8 more with ids. Base 64 then turns every 3 bytes into 4. Names take hardly more
+/// bytes than in an EXR header.
 Bytes pageBytes(const PlannedBytes& planned, const OutputOptions& options) {
     constexpr Bytes kViewer = std::uint64_t{256} << 10;
     const bool ids = !options.provenance.ids.empty();

@@ -38,7 +38,6 @@ SizeForecast arraysForecast(const std::string& path, const Plan& plan,
     return forecastFragmentArrays(path, plan, emptyBand(plan), arrayOptions(options));
 }
 
-/// Returns `files(path)`, which needs no options.
 template <std::vector<std::string> (*files)(const std::string&)>
 std::vector<std::string> companions(const std::string& path, const OutputOptions& /*options*/) {
     return files(path);
@@ -203,8 +202,8 @@ std::unique_ptr<Sink> makeSink(const std::string& path, const OutputOptions& opt
     return findOutputFormat(path, options.as).make(path, options);
 }
 
-// Each pixel goes to the Sink as a list of one fragment, which compositing over nothing leaves
-// unchanged.
+// Sends each pixel to the Sink as a list of one fragment, because compositing over nothing does not
+// change it.
 void writePicture(const std::string& path, const CompositeImage& picture,
                   const OutputOptions& options) {
     OutputOptions flat = options;

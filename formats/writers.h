@@ -25,19 +25,18 @@ enum class OutputContent : std::uint8_t {
     kSamples,    ///< the fragments as deep samples, which may be merged
     kLists,      ///< the fragments as per-pixel lists, as in memory
     kComposite,  ///< the layers composited over a background
-    /// A midpoint shadow map. Needs all OPAQUE and MASK surfaces, with both faces of each.
+    /// A midpoint shadow map, made from all OPAQUE and MASK surfaces with both faces.
     kShadowMap,
     kPage,    ///< a web page that shows the layers over a background
-    kArrays,  ///< arrays of the values of every fragment, as per-pixel lists
+    kArrays,  ///< arrays of fragment values, as per-pixel lists
     kPlanes,  ///< arrays of planes: plane k holds each pixel's k-th nearest fragment
-    /// For third-party loaders, with one ray per pixel. kLari, kWorldTracing: a picture over black,
-    /// with the depths or the points of its layers beside it. kXray: the layers as a sparse matrix.
+    /// Files for third-party loaders, with one ray per pixel. kLari, kWorldTracing: a picture over
+    /// black, and arrays of its layers' depths or points. kXray: the layers as a sparse matrix.
     kLari,
     kWorldTracing,
     kXray,
 };
 
-/// An output format.
 struct OutputFormat {
     std::vector<std::string_view> extensions{};  ///< extensions in lower case, with the dot
     std::string_view kind;                       ///< kind in OutputOptions::as
@@ -45,14 +44,15 @@ struct OutputFormat {
     std::unique_ptr<Sink> (*make)(const std::string& path, const OutputOptions& options);
     OutputContent content = OutputContent::kComposite;
     bool channels = false;  ///< whether the file may hold channels besides colour and Z
-    /// For viewing rather than further processing: display-encoded, with exposure and tone map.
+    /// Whether the files are for viewing rather than further processing: display-encoded, with
+    /// exposure and tone map.
     bool for_display = false;
-    /// Returns the channels that the format needs even if they are not requested.
+    /// Returns the channels that the format always needs.
     std::span<const Channel> (*needs)() = nullptr;
-    /// Forecasts the size of the format's files; null if forecastPicture()'s general rules apply.
+    /// Forecasts the size of the format's files. If null, forecastPicture() calculates the size.
     SizeForecast (*forecast)(const std::string& path, const Plan& plan,
                              const OutputOptions& options) = nullptr;
-    /// Returns the files that are published together with the file at `path`, and before that file.
+    /// Returns the files that are published together with the file at `path`, but before it.
     std::vector<std::string> (*beside)(const std::string& path,
                                        const OutputOptions& options) = nullptr;
 
@@ -62,14 +62,14 @@ struct OutputFormat {
     bool isCompressed() const {
         return holds(OutputContent::kLayers) || holds(OutputContent::kSamples);
     }
-    /// Whether Cryptomatte has a place: the composite, or the file beside a deep image.
+    /// Whether Cryptomatte can be stored: in the composite, or in the file beside a deep image.
     bool takesCryptomatte() const {
         return channels && (hasComposite() || holds(OutputContent::kSamples));
     }
     bool hasComposite() const {
         return holds(OutputContent::kLayers) || holds(OutputContent::kComposite);
     }
-    /// Whether the files are made for loaders of data sets.
+    /// Whether the files are for loaders of data sets.
     bool isSample() const { return takesOneSample() || holds(OutputContent::kPlanes); }
     bool takesOneSample() const { return isOverBlack() || holds(OutputContent::kXray); }
     /// Whether the files are a picture over black, with arrays beside it.
@@ -81,7 +81,7 @@ struct OutputFormat {
     }
 };
 
-/// Returns every format. Where two rows share an extension, the first is the default.
+/// Returns every format. If rows share an extension, the first of them is the default.
 std::span<const OutputFormat> outputFormats();
 
 /// Returns the row for a path's extension (upper or lower case) and a kind. Throws Error (kUsage),
@@ -92,9 +92,9 @@ const OutputFormat& findOutputFormat(std::string_view path, std::string_view as)
 /// format has none.
 std::vector<std::string> filesBeside(const std::string& path, const OutputOptions& options);
 
-/// Forecasts the size of a planned picture's file, or of all its files together. The forecast is
-/// exact for arrays, and an upper bound for compressed files and for samples that will be merged.
-/// Throws like findOutputFormat().
+/// Forecasts the total size of a planned picture's files. The forecast is exact for arrays, and an
+/// upper bound for compressed files and for samples that will be merged. Throws like
+/// findOutputFormat().
 SizeForecast forecastPicture(const std::string& path, const Plan& plan,
                              const OutputOptions& options);
 

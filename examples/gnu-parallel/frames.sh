@@ -14,10 +14,10 @@ case $1 in render | flatten | convert | merge | view | extract | sheet)
 esac
 log=${PEELER_JOBLOG:-peeler.joblog}
 
-# The log of the previous run lists the finished chunks. It applies only if the command line is the same.
+# The log of the previous run lists the finished chunks. It is used only if the command line is the same.
 again=
 [ ! -s "$log" ] || again=--resume-failed
-# After a failure (no scene, no disk space, …), running jobs finish and no new ones start. Each process has one thread,
+# After a failure (no scene, no disk space, …), running jobs finish and no new jobs start. Each process has one thread,
 # because there are many processes.
 # shellcheck disable=SC2086  # an option or nothing
 seq "$chunks" | parallel --quote --jobs "$jobs" --joblog "$log" $again --halt soon,fail=1 \

@@ -30,7 +30,7 @@ int main() try {
     scene.scenes.push_back(roots);
 
     const peeler::Shown shown{std::make_shared<const peeler::Scene>(std::move(scene))};
-    peeler::CameraChoice camera;  // an orthographic camera along -Z with 8 pixels per unit
+    peeler::CameraChoice camera;  // an orthographic camera that looks along -Z, 8 pixels per unit
     camera.eye = {0, 0, 3};
     camera.target = {0, 0, 0};
     camera.ortho_height = 4;

@@ -58,7 +58,7 @@ GLuint makeProgram() {
     return program;
 }
 
-/// A picture that is drawn with GL: colours and Z.
+/// A picture drawn with GL: colours and Z.
 class Picture {
   public:
     explicit Picture(const peeler::Window& window) : window_(window) {
@@ -74,7 +74,7 @@ class Picture {
         program_ = makeProgram();
     }
 
-    /// Draws layers of a band. The buffers need no barrier.
+    /// Draws layers of a band. peeler's buffers need no memory barrier.
     void draw(const peeler::GlLayers& band, unsigned first, unsigned end) const {
         const peeler::Window& rows = band.window;
         glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
@@ -104,7 +104,7 @@ class Picture {
     GLuint textures_[2] = {}, framebuffer_ = 0, no_vertices_ = 0, program_ = 0;
 };
 
-/// Returns the largest difference of a colour component, or infinity if a Z differs.
+/// Returns the largest difference between colour components; infinity if a Z differs.
 float difference(const Picture& picture, const peeler::CompositeImage& composite) {
     if (picture.depths() != composite.z) return INFINITY;
     const std::vector<float> colors = picture.colors();
@@ -145,7 +145,7 @@ int drawLayers(int count, char** arguments) {
     };
     peeler::Renderer renderer(options);
     peeler::Shown shown{peeler::readScene(arguments[1])};
-    shown.colored_glass = false;  // so that a colour is R, G, B, A
+    shown.colored_glass = false;  // to get four components per colour: R, G, B, A
     peeler::CameraChoice camera;
     camera.size = {640, 360};
     const peeler::View view = peeler::viewOf(shown, camera);
@@ -155,7 +155,7 @@ int drawLayers(int count, char** arguments) {
     const Picture all(view.crop), some(view.crop);
     unsigned layers = 0, bands = 0;
     peeler::CaptureSettings settings;
-    settings.band_bytes = 8 << 20;  // small, to show several bands
+    settings.band_bytes = 8 << 20;  // small, so that there are several bands
     for (peeler::GlLayers band = renderer.glLayers(shown, view, settings); !band.window.empty();
          band = renderer.nextGlLayers()) {
         all.draw(band, 0, ~0U);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Renders every layer of a scene into memory, to a sink of its own, and to a file:
+// Renders every layer of a scene into memory, to the program's own sink, and to a file:
 //     layers SCENE [COUNTS.pgm [LAYERS.exr]]
 #include <peeler/error.h>
 #include <peeler/files.h>

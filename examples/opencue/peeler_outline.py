@@ -26,7 +26,7 @@ def shell_line(words):
 def job(arguments, options):
     out = os.path.abspath(arguments.out)
     folder, name = os.path.split(out)
-    # This shell glob matches every frame number; the rest of the name is quoted.
+    # A shell glob that matches every frame number, with the rest of the name quoted.
     everyone = "*".join(shlex.quote(part) for part in re.split(r"[#@]+|%0?\d*d", name) if part)
 
     # One process makes the frames of one chunk (5-9, or 5-13x2).

@@ -36,7 +36,7 @@ int main(int count, char** arguments) {
         const float* pixel = depth.data();
         for (int y = box.min.y; y <= box.max.y; ++y) {
             for (int x = box.min.x; x <= box.max.x; ++x, ++pixel) {
-                if (!(*pixel < INFINITY)) continue;  // this pixel has no fragment in the layer
+                if (!(*pixel < INFINITY)) continue;  // no fragment of this layer
                 const double z = *pixel, scale = perspective ? z : 1;
                 const double right = half_width * (2 * (x + 0.5) / width - 1) * scale;
                 const double up = half_height * (1 - 2 * (y + 0.5) / height) * scale;
@@ -53,7 +53,7 @@ int main(int count, char** arguments) {
     const auto print = [&](const double* p, double n, const char* text) {
         const auto v = [&](int c) { return std::abs(p[c] / n) <= tiny ? 0 : p[c] / n; };
         std::printf("(%.6g, %.6g, %.6g)%s", v(0), v(1), v(2),
-                    text);  // values that differ from 0 only by rounding become 0
+                    text);  // rounding errors around 0 become 0
     };
     std::printf("points: %.0f\nbounds: ", points);
     print(low, 1, " to "), print(high, 1, "\nmean: "), print(sum, points, "\n");

@@ -92,7 +92,7 @@ def gear_outline(teeth: int, module: float, pressure: float = 20.0, flank: int =
         alpha = math.acos(min(1.0, base / radius))
         return math.tan(alpha) - alpha
 
-    # Returns half the angle of the tooth at a radius; a hundredth of that is removed as backlash.
+    # Returns half the angle of a tooth at a radius. The backlash is a fiftieth of the tooth's width.
     def half_angle(radius: float) -> float:
         return (math.pi / (2 * teeth)) * 0.98 + involute(pitch) - involute(max(radius, base))
 

@@ -57,7 +57,7 @@ class Glb:
             "scene": 0,
             "scenes": [{"name": title, "nodes": []}],
         }
-        # There is one buffer view per layout, which keeps the JSON short; accessors point into it.
+        # One buffer view per layout, to keep the JSON short. Accessors point into the view.
         self._views: Dict[Tuple[int, int], bytearray] = {}
         self._images: List[bytes] = []
 
@@ -301,7 +301,7 @@ class Glb:
 
         for (target, stride), data in self._views.items():
             # Only views of vertex data may have a stride; indices are always tightly packed. Views of other data
-            # (target 0) have no target either.
+            # (target 0) have no target.
             what = {"target": target} if target else {}
             place(data, **what, **({"byteStride": stride} if target == ARRAY_BUFFER else {}))
         first_image = len(views)

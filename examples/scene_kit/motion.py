@@ -8,7 +8,7 @@ from typing import Any, Dict, List, Sequence, Tuple
 from .glb import ARRAY_BUFFER, FLOAT, UNSIGNED_BYTE, Geometry, Glb, Stored, little
 from .vec import Vec3, sub
 
-# The joints of a vertex, at most two: (first, second, weight of the second).
+# The one or two joints of a vertex: (first, second, weight of the second).
 Binding = Tuple[int, int, float]
 
 

@@ -35,7 +35,7 @@ def _encode(
     body = bytearray()
     above = bytes(width * step)
     for row in rows:
-        # Neighbouring palette indices are unrelated, so filters only hurt there.
+        # Neighbouring palette indices are unrelated, so filters make the file larger.
         body += b"\0" + row if colour_type == 3 else _filter_row(row, above, step)
         above = row
     header = struct.pack(">IIBBBBB", width, height, 8, colour_type, 0, 0, 0)
@@ -72,7 +72,7 @@ def png_ramp(
     return _encode(width, height, 3, 1, rows, bytes(palette))
 
 
-# Glyphs of 5 x 7 dots: one number per row, whose highest bit is the leftmost dot.
+# Glyphs of 5 x 7 dots: one number per row. The highest bit is the leftmost dot.
 GLYPHS: Dict[str, Tuple[int, ...]] = {
     "1": (0b00100, 0b01100, 0b00100, 0b00100, 0b00100, 0b00100, 0b01110),
     "2": (0b01110, 0b10001, 0b00001, 0b00110, 0b01000, 0b10000, 0b11111),

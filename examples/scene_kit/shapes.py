@@ -72,7 +72,7 @@ def lathe(runs: Sequence[Sequence[Vec2]], segments: int = 64, uv: bool = False) 
 def _put_ring(out: Geometry, point: Vec2, normal: Vec2, count: int, segments: int) -> None:
     radius, height = point
     for k in range(count):
-        # The seam reuses angle zero, so that its two sides agree to the bit.
+        # The last vertex reuses angle 0, so that both sides of the seam are bitwise equal.
         angle = 2 * math.pi * (k % segments) / segments
         c, s = math.cos(angle), math.sin(angle)
         out.positions.append((radius * c, height, radius * s))
@@ -101,7 +101,7 @@ def _join_rings(
 
 def _profile_normal(run: Sequence[Vec2], i: int) -> Vec2:
     if len(run) > 2 and run[i][0] < 1e-9:
-        # A smooth run must meet the axis at a right angle, because otherwise the pole would have a crease.
+        # A smooth run must meet the axis at a right angle. Otherwise, there would be a crease at the pole.
         neighbour = run[i + 1] if i == 0 else run[i - 1]
         outward = neighbour[0] if i == 0 else -neighbour[0]
         return (0.0, -1.0 if outward > 0 else 1.0)
@@ -109,7 +109,7 @@ def _profile_normal(run: Sequence[Vec2], i: int) -> Vec2:
         a, b = run[max(0, i - 1)], run[min(len(run) - 1, i + 1)]
         tangent = (b[0] - a[0], b[1] - a[1])
     else:
-        # This is the tangent of the parabola through the three points, which gives the nearer neighbour more weight.
+        # The tangent of the parabola through the three points. The nearer neighbour has more weight.
         before, after = math.dist(run[i - 1], run[i]), math.dist(run[i], run[i + 1])
         tangent = (
             (run[i][0] - run[i - 1][0]) * after / before
@@ -142,7 +142,7 @@ def extrude(
                 [base + a, base + b, base + c] if normal > 0 else [base + a, base + c, base + b]
             )
     for loop, is_hole in [(outer, False), *((hole, True) for hole in holes)]:
-        # Along the loop, the solid is on the left, hence the outside on the right.
+        # Along the loop, the solid is on the left and the outside on the right.
         ring = list(loop) if (area(loop) > 0) != is_hole else list(reversed(loop))
         _wall(out, ring, z0, z1, math.cos(math.radians(crease)))
     return out
@@ -154,7 +154,7 @@ def _wall(out: Geometry, ring: Sequence[Vec2], z0: float, z1: float, min_cosine:
     for p, q in zip(ring, [*ring[1:], ring[0]]):
         length = math.dist(p, q)
         facing.append(((q[1] - p[1]) / length, -(q[0] - p[0]) / length))
-    # Corner i has two vertices: edge i-1 ends at one, and edge i starts at the other.
+    # Corner i has two vertices: the end of edge i-1, and the start of edge i.
     ends, starts = [0] * n, [0] * n
     for i in range(n):
         before, after = facing[i - 1], facing[i]

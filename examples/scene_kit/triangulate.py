@@ -27,7 +27,7 @@ def _bridge(outer: List[int], hole: List[int], points: Sequence[Vec2]) -> List[i
     best_x, edge = float("inf"), -1
     for i, index in enumerate(outer):
         a, b = points[index], points[outer[(i + 1) % len(outer)]]
-        # Only rising edges have the interior on their left, which is where the hole is.
+        # Only rising edges have the interior, with the hole, on their left.
         if a[1] <= m[1] < b[1] or (a[1] <= m[1] == b[1] and a[1] < b[1]):
             x = a[0] + (m[1] - a[1]) / (b[1] - a[1]) * (b[0] - a[0])
             if m[0] <= x < best_x:
@@ -86,7 +86,7 @@ def triangulate(
             triangles.append((ia, ib, ic))
             del loop[i % n]
             misses = 0
-            # Advancing by one point spreads the ears around the loop, instead of making one fan of slivers.
+            # Advance by one point, to spread the ears around the loop. Otherwise, they would form a fan of slivers.
             i = (i + 1) % len(loop)
         else:
             i = (i + 1) % n

@@ -11,7 +11,7 @@ from .glb import Geometry
 from .shapes import lathe
 from .vec import Vec2, lerp, smoothstep
 
-# The gap between liquid and wall in metres, so that glass and liquid are two surfaces.
+# The gap between liquid and wall, in metres. It keeps their surfaces apart.
 GAP = 0.0006
 # The maximum distance of a simplified outline from its curve, in metres.
 TOLERANCE = 0.0001
@@ -53,8 +53,8 @@ class Vessel:
         middle = ((outer[-1][0] + inner[0][0]) / 2, (outer[-1][1] + inner[0][1]) / 2)
         rim = arc(middle, math.dist(outer[-1], inner[0]) / 2, 0, 180, 6)[1:-1]
         out = lathe([outer + rim + inner], self.segments)
-        # Two parts have more tint than a thin wall: the solid glass below the lowest point of the inner wall, and the
-        # rim, which catches the light.
+        # Two parts have more tint than a thin wall: the solid glass below the inner wall's lowest point, and the rim,
+        # because it catches the light.
         bottom, top = inner[-1][1], inner[0][1]
         for _, y, _ in out.positions:
             solid = max(1.0 - smoothstep(bottom, bottom + 0.01, y), smoothstep(top - 0.004, top, y))

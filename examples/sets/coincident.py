@@ -48,7 +48,7 @@ def build() -> Glb:
     )
     plinth = glb.mesh("plinth", (glb.store(cylinder(0.17, 0.0, 0.06, 48, bevel=0.006)), stone))
 
-    # One geometry in two meshes that differ only in tint, drawn by two nodes at the same place.
+    # Two meshes of one geometry, which differ only in tint, drawn by two nodes at the same place.
     left = glb.node("same quad twice", at=(-0.45, 0.0, 0.0))
     glb.node("same quad twice/plinth", plinth, parent=left)
     pane = glb.store(quad(0.14, 0.15))
@@ -74,7 +74,8 @@ def build() -> Glb:
             parent=middle,
         )
 
-    # Each is in front of the next one, cyclically, so no order of entire triangles is right.
+    # Each triangle is partly in front of the next, the last one in front of the first, so no order of whole triangles
+    # is right.
     right = glb.node("through each other", at=(0.45, 0.0, 0.0))
     glb.node("through each other/plinth", plinth, parent=right)
     for k, material in enumerate(petals):

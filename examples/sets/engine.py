@@ -25,7 +25,7 @@ from scene_kit.machine import (
 )
 
 MODULE = 0.004
-# The numbers of teeth in each gear pair, which determine the distances between the shafts.
+# The numbers of teeth in each gear pair. They determine the distances between the shafts.
 FIRST, SECOND = (15, 33), (17, 30)
 COUNTER_X = 0.0
 INPUT_X = COUNTER_X - MODULE * sum(FIRST) / 2
@@ -231,8 +231,8 @@ def _shafts(b: _Builder, root: int, screw: int) -> None:
         ("counter", SECOND[0], SECOND_Z, 0.0, "copper", 0),
         ("output", SECOND[1], SECOND_Z, 180.0 / SECOND[1], "gear", 5),
     ):
-        # The tooth of one gear points at its neighbour on the right. A gear with an even number of teeth turns by half
-        # a tooth, so that one of its gaps faces that tooth.
+        # A tooth of the left gear points at the right gear. A right gear with an even number of teeth is turned by half
+        # a tooth, so that a gap faces this tooth.
         wheel = b.mesh(f"gear {teeth}", (gear(teeth, MODULE, 0.024, 0.0127, holes), material))
         spin = axis_angle(Z, turn) if turn else IDENTITY
         b.put(f"{name}/gear of {teeth}", wheel, (0.0, 0.0, z), spin, groups[name])

@@ -84,7 +84,7 @@ def _table() -> Geometry:
         [(r - bevel, 0.0), (0.0, 0.0)],
     ]
     out = lathe(runs, 96)
-    # The side of the rim shows the end grain, so the grain shifts with height.
+    # The rim shows the end grain, so the grain shifts with height.
     out.uvs = [(x / (2 * r) + 0.5, z / (2 * r) + 0.5 + 0.8 * y) for x, y, z in out.positions]
     return out
 

@@ -113,7 +113,7 @@ def build() -> Glb:
             joints.append(glb.node(f"{name}/joint {j}", at=step, parent=above))
         skin(glb, f"{name} tentacles", hanging, joints, places)
 
-        # The bell contracts fast and opens slowly; the body rises with each beat, and sinks again.
+        # The bell contracts fast and opens slowly. The body rises with each beat, and sinks between beats.
         beats = [(t / DURATION * 2 + ahead) % 1.0 for t in times]
         pulse = [smoothstep(0.0, 0.22, b) * (1 - smoothstep(0.22, 0.9, b)) for b in beats]
         for node in (dome, hanging):

@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
 # Renders frames and views as a job array, or runs another verb over them. Each task makes a share of the pictures, and
-# keeps those that exist.
+# keeps existing pictures.
 #   sh frames.sh TASKS AT_ONCE [render] SCENE -o OUT.@@@@.####.exr --frames 0-49 --views 8 [more options]
 #   sh frames.sh TASKS AT_ONCE flatten IN.@@@@.####.exr -o OUT.@@@@.####.png [more options]
 set -eu

@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
 # Renders a data set as a job array. Each task takes a share of the scenes (or of the views of a single scene), and
-# writes tar shards of its own. Samples that exist are kept, and scenes that fail are skipped.
+# writes its own tar shards. Keeps existing samples, and skips scenes that fail.
 #   sh shards.sh TASKS AT_ONCE SCENES -o OUT-{chunk}-%06d.tar [more options of peeler render]
 # SCENES are files, folders and globs in quotes.
 set -eu

@@ -1,6 +1,6 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# Renders one large picture as a job array over its tiles, and merges them in a final job.
+# Renders one large picture as a job array over its tiles, and merges the tiles in a final job.
 #   sh tiles.sh TILES OUT SCENE [more options of peeler render]
 # OUT may be .exr (layers) or a picture; you may delete the tiles, OUT.tiles/*.exr, afterwards.
 set -eu

@@ -39,7 +39,7 @@ class Worker:
             self._socket.connect(str(listens))
             self._in, self._out = self._socket.makefile("rb"), self._socket.makefile("wb")
         else:
-            # In its own session, the worker does not get Ctrl-C. The client does, and decides what to cancel.
+            # In its own session, the worker does not get Ctrl-C. The client gets it, and decides which jobs to cancel.
             self._process = subprocess.Popen(
                 [program, "worker", *arguments],
                 stdin=subprocess.PIPE,

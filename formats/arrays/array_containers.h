@@ -25,7 +25,7 @@ class ArrayContainer {
   public:
     virtual ~ArrayContainer() = default;
 
-    /// Returns the arrays passed to the constructor, in order, then those that the container adds.
+    /// Returns the arrays passed to the constructor, in order, then the container's own arrays.
     const std::vector<PlacedArray>& arrays() const { return arrays_; }
     virtual std::uint64_t fileBytes() const = 0;
     /// Whether finish() needs a CRC-32 of each array.
@@ -34,9 +34,9 @@ class ArrayContainer {
     /// array's data, in the order of arrays().
     virtual void finish(AtomicFile& file, std::span<const std::uint32_t> crcs) const = 0;
 
-    /// Whether compress() works.
+    /// Whether the container supports compress().
     virtual bool canCompress() const { return false; }
-    /// Writes the whole file, with the arrays' data compressed; `crcs` are those of finish(). Frees
+    /// Writes the whole file, with the arrays' data compressed. `crcs` as for finish(). Frees
     /// `values`.
     virtual void compress(AtomicFile& /*file*/, std::span<const std::uint32_t> /*crcs*/,
                           std::span<ByteBuffer> /*values*/) const {}

@@ -23,8 +23,9 @@ class ArrayFile {
     /// Whether a file that has this size and begins with these bytes looks like an array file.
     static bool recognises(std::string_view begin, std::uint64_t size);
 
-    /// `where` is the file's name. Calls `allow` with the size of each compressed member of a .npz
-    /// before uncompressing it. Throws Error (kInput), and anything `allow` throws.
+    /// `where` is the file's name, for messages. Calls `allow` with the size of each compressed
+    /// member of a .npz before uncompressing the member. Throws Error (kInput), and anything
+    /// `allow` throws.
     ArrayFile(std::span<const std::uint8_t> file, std::string where,
               const std::function<void(std::uint64_t bytes)>& allow);
     ArrayFile(const ArrayFile&) = delete;
@@ -39,7 +40,7 @@ class ArrayFile {
     /// Returns an array, or nothing if it is missing. Throws Error (kInput) if its element type
     /// cannot be decoded.
     std::optional<NumberArray> array(const std::string& name);
-    /// Returns a setting of `count` numbers; a Boolean is 1 or 0. Returns nothing if missing.
+    /// Returns a setting of `count` numbers, or nothing if it is missing. A Boolean becomes 1 or 0.
     std::optional<std::vector<double>> numbers(const std::string& name, std::size_t count);
     std::optional<std::string> text(const std::string& name);
 

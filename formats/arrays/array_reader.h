@@ -15,7 +15,6 @@ namespace peeler {
 /// The maximum size of a .npy header, in bytes.
 inline constexpr std::size_t kMostNpyHeader = std::size_t{1} << 16;
 
-/// A numeric element type.
 struct ArrayNumber {
     std::string_view type;  ///< numpy's name of the type, without the byte order: "f8"
     std::size_t size;       ///< size of an element, in bytes
@@ -37,8 +36,8 @@ struct NumberArray {
 
     /// Returns the number of elements.
     std::uint64_t count() const { return bytes.size() / number->size; }
-    /// Returns the element with this index in C order (the last index changes fastest), whatever
-    /// the storage order. Rounds 64-bit integers to the nearest double.
+    /// Returns the element with this index in C order (the last index changes fastest), for either
+    /// storage order. Rounds 64-bit integers to the nearest double.
     double at(std::uint64_t index) const;
 };
 
@@ -68,7 +67,7 @@ class NpzArchive {
     };
 
     /// Reads the directory. `where` is the file's name; `kind` names its format in a hint. Throws
-    /// Error (kInput) if it is damaged.
+    /// Error (kInput) if the archive is damaged.
     NpzArchive(std::span<const std::uint8_t> file, std::string where, const char* kind = ".npz");
 
     const std::vector<Member>& members() const { return members_; }

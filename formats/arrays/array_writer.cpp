@@ -92,7 +92,7 @@ SizeForecast ArrayWriter::forecast(const std::string& path, std::vector<NamedArr
 }
 
 std::uint64_t ArrayWriter::compressionBytes(const SizeForecast& forecast) {
-    return 2 * forecast.bytes + forecast.bytes / 64;  // the values, and their compressed form
+    return 2 * forecast.bytes + forecast.bytes / 64;
 }
 
 void ArrayWriter::fail(const char* what, std::size_t array) const {

@@ -79,20 +79,20 @@ class ArrayContainer;
 class ArrayWriter {
   public:
     /// Creates the hidden file. Throws Error (kOutput); (kUsage) if no container has the extension;
-    /// (kInternal) if two arrays share a name, or there are more than 65535. `compress`: keep all
-    /// values in memory, and deflate those that become smaller. Throws Error (kUsage) if the
-    /// container cannot be compressed.
+    /// (kInternal) if two arrays share a name, or there are more than 65535. With `compress`, keeps
+    /// all arrays in memory, and deflates each array that becomes smaller; throws Error (kUsage) if
+    /// the container cannot be compressed.
     ArrayWriter(const std::string& path, std::vector<NamedArray> arrays, ArrayTexts texts = {},
                 bool compress = false);
     ~ArrayWriter();
 
-    /// Returns the exact size of a file with these arrays, or the maximum if it is compressed.
+    /// Returns the exact size of the file if it is uncompressed, and an upper bound if it is
+    /// compressed.
     static std::uint64_t fileBytes(const std::string& path, std::vector<NamedArray> arrays,
                                    ArrayTexts texts = {});
-    /// Forecasts the size of a file.
     static SizeForecast forecast(const std::string& path, std::vector<NamedArray> arrays,
                                  ArrayTexts texts, bool compress);
-    /// Returns the memory that a compressed file needs, given its forecast.
+    /// Returns the memory for writing a compressed file: the values and their compressed form.
     static std::uint64_t compressionBytes(const SizeForecast& forecast);
 
     /// Appends values, in memory representation, to the array with this index. Must not be called
@@ -110,39 +110,37 @@ class ArrayWriter {
     AtomicFile& close();
 
   private:
-    /// A contiguous range of written bytes; the map's key is its first byte.
+    /// A contiguous range of written bytes. Its first byte is its key in Progress::pieces.
     struct Piece {
         std::uint64_t end = 0;
         std::uint32_t crc = 0;
     };
-    /// The written ranges of an array, by first byte; adjacent ranges are merged.
+    /// The written ranges of an array; adjacent ranges are merged.
     struct Progress {
         std::uint64_t appended = 0;  ///< number of bytes appended so far
         std::map<std::uint64_t, Piece> pieces{};
     };
 
     [[noreturn]] void fail(const char* what, std::size_t array) const;
-    /// Records a written piece.
     void add(std::size_t array, std::uint64_t first, Piece piece);
 
     std::unique_ptr<ArrayContainer> container_;
     AtomicFile file_;
     std::vector<Progress> progress_;
-    std::vector<ByteBuffer> values_;  ///< of all arrays; empty unless the file is compressed
+    std::vector<ByteBuffer> values_;  ///< values of each array; empty unless the file is compressed
     std::mutex mutex_;                ///< guards the file and the progress
 };
 
-/// Returns the extensions of the containers, lower case with their dots.
+/// Returns the extensions of the containers in lower case, with the dot.
 std::span<const std::string_view> arrayExtensions();
-/// Whether the path ends in one of these extensions, upper or lower case.
+/// Whether the path ends in one of arrayExtensions(), in upper or lower case.
 bool isArrayName(const std::string& path);
 
-/// Returns the text stored under this name in a file by ArrayWriter, or "" if the file is missing,
-/// incomplete or written by another program, or has no such text. Reads only the parts of the file
-/// that it needs.
+/// Returns the text stored under this name by ArrayWriter. Returns "" if there is no such text, or
+/// if the file is missing, incomplete or written by another program. Reads only the necessary parts
+/// of the file.
 std::string arrayText(const std::string& path, const std::string& name);
 
-/// Returns a range of numbers as bytes.
 template <class Range>
 std::span<const std::byte> asBytes(const Range& numbers) {
     return std::as_bytes(std::span(numbers));

@@ -19,8 +19,8 @@ namespace peeler {
 /// perspective, the ray starts at `origin` and passes through p + direction.
 std::vector<NamedArray> bundleArrays(std::size_t bundles);
 
-/// Writes bundles to these arrays; `first` is the index of the first array. Unless `camera_known`,
-/// origin, direction, right, up and size are NaN.
+/// Writes bundles to the arrays of bundleArrays(); `first` is the index of the first of these
+/// arrays. Unless `camera_known`, origin, direction, right, up and size are NaN.
 void writeBundles(ArrayWriter& writer, std::size_t first, std::span<const Bundle> bundles,
                   bool camera_known = true);
 

@@ -28,11 +28,10 @@ std::byte* putNumber(float number, NumberType type, std::byte* out) {
                                      : storeNumber(number, out);
 }
 
-/// Converts numbers between half and float. Returns the end of the output.
+/// Converts `count` numbers of type half or float. Returns the end of the output.
 std::byte* convertNumbers(const std::byte* from, NumberType type, std::size_t count,
                           NumberType wanted, std::byte* out) {
     const std::size_t size = infoOf(type).size;
-    // Also correct if `count` is 0.
     if (type == wanted) return std::copy_n(from, count * size, out);
     for (std::size_t i = 0; i < count; ++i, from += size) {
         float number = 0;
@@ -48,7 +47,7 @@ std::byte* convertNumbers(const std::byte* from, NumberType type, std::size_t co
     return out;
 }
 
-/// Returns one component of a missing fragment, as bytes.
+/// Returns the bytes of one component in a plane that has no fragment for the pixel.
 std::array<std::byte, 8> nothingOf(NumberType type, double fill) {
     std::array<std::byte, 8> bytes{};  // int32 components stay 0
     if (isFloating(type)) putNumber(static_cast<float>(fill), type, bytes.data());
@@ -126,7 +125,7 @@ void DensePlanes::forEachRange(std::span<const std::uint32_t> offsets, std::size
 }
 
 std::uint64_t DensePlanes::rangeBytes() {
-    // A fragment's values take at most 16 bytes before they are spread over planes.
+    // Before conversion, a fragment's values take at most 16 bytes.
     return static_cast<std::uint64_t>(threadCount()) * (kRangeBytes + 16 * kRangeFragments);
 }
 

@@ -23,15 +23,15 @@
 namespace peeler {
 namespace {
 
-/// The indices of the first arrays in every file. These arrays are followed by coloured opacity, if
-/// any (kOpacityArray), the columns, and the bundle. kSplitArray is the index of `ray_splits`, or
-/// of `count` in files of planes.
+/// The indices of the first arrays in every file. The remaining arrays are the coloured opacity, if
+/// any (kOpacityArray), the columns, and the bundle. In files of planes, kSplitArray is the index
+/// of `count`, otherwise of `ray_splits`.
 enum FixedArray : std::size_t { kSplitArray, kDepthArray, kColorArray, kNear, kFar, kOpacityArray };
 
 constexpr std::string_view kLayerName = "layer";
 
-/// Returns the columns of the file. Planes omit `layer`, because plane k holds layer k. If the
-/// options list only some layers, planes store `layer`.
+/// Returns the columns of the file. Planes omit `layer`, because plane k holds layer k; but they
+/// store `layer` if the options list only some layers.
 std::vector<FragmentColumn> columnsOf(const LayeredImage& band,
                                       const FragmentArrayOptions& options) {
     std::vector<FragmentColumn> columns = fragmentColumns(band);
@@ -45,7 +45,6 @@ std::uint32_t planesOf(const Plan& plan, const DenseSettings& dense) {
     return dense.layers != 0 ? dense.layers : std::max(all, 1U);
 }
 
-/// The arrays of a file, and the index of the first column among them.
 struct FragmentLayout {
     std::vector<NamedArray> arrays;
     std::size_t first_column = 0;
@@ -128,8 +127,8 @@ class FragmentArrays final : public Sink {
     void writeColors(const LayeredImage& band);
     void writeColumn(const LayeredImage& band, std::size_t index);
     void writePlanes(const LayeredImage& band);
-    /// Writes the planes of one array for some pixels; put(fragment, out) stores a fragment's
-    /// values.
+    /// Writes the planes of one array for the pixels [first, last). put(fragment, out) stores a
+    /// fragment's values.
     template <class Put>
     void writeRange(const LayeredImage& band, std::size_t first, std::size_t last,
                     std::size_t array, const DensePlanes::Column& column, Put&& put);
@@ -139,7 +138,7 @@ class FragmentArrays final : public Sink {
     Plan plan_;
     std::optional<DensePlanes> planes_;
     std::vector<FragmentColumn> columns_;
-    std::size_t first_column_ = 0;       ///< index of the first column's array
+    std::size_t first_column_ = 0;
     std::optional<ArrayWriter> writer_;  ///< created with the first band
     std::int64_t fragments_ = 0;         ///< number of fragments written so far
     std::uint64_t pixels_ = 0;           ///< number of pixels written so far
@@ -275,7 +274,7 @@ std::unique_ptr<Sink> makeFragmentArrays(std::string path, const FragmentArrayOp
 
 SizeForecast forecastFragmentArrays(const std::string& path, const Plan& plan,
                                     const LayeredImage& band, const FragmentArrayOptions& options) {
-    LayeredImage numbered;  // the band with a channel `layer`
+    LayeredImage numbered;  // `band` with a channel `layer`
     numbered.color = {band.color.channels, band.color.type, {}};
     for (const FragmentArray& array : band.extra)
         numbered.extra.push_back({array.channels, array.type, {}});

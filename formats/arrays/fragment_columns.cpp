@@ -58,8 +58,7 @@ bool isIndex(ColumnUse use) {
     return use == ColumnUse::kIndex || use == ColumnUse::kMaterial;
 }
 
-/// Returns the type that these channels share, or nothing if a channel is missing or the types
-/// differ.
+/// Returns the type of these channels, or nothing if a channel is missing or the types differ.
 std::optional<PixelType> commonType(const LayeredImage& band,
                                     std::span<const std::string_view> channels) {
     std::optional<PixelType> common;
@@ -71,7 +70,7 @@ std::optional<PixelType> commonType(const LayeredImage& band,
     return common;
 }
 
-/// Returns an array name for a channel: printable ASCII without path separators.
+/// Returns a channel's name as an array name: printable ASCII without path separators.
 std::string arrayName(std::string channel) {
     std::ranges::replace_if(
         channel, [](unsigned char c) { return c < ' ' || c == '/' || c == '\\' || c >= 0x7f; },
@@ -79,7 +78,7 @@ std::string arrayName(std::string channel) {
     return channel;
 }
 
-/// Returns a property name for a channel: one word of a PLY header, without dots.
+/// Returns a channel's name as a property name: one word of a PLY header, without dots.
 std::string propertyName(std::string channel) {
     std::ranges::replace_if(
         channel, [](unsigned char c) { return c <= ' ' || c == '.' || c >= 0x7f; }, '_');
@@ -144,7 +143,7 @@ FragmentColumnReader::FragmentColumnReader(const LayeredImage& band, const Fragm
 
 std::byte* FragmentColumnReader::put(std::size_t fragment, std::byte* out) const {
     const std::size_t size = infoOf(column_->type).size;
-    // The sign is the highest bit of a half or a float.
+    // To flip a normal, toggle the sign bit of each component (half or float).
     const bool flips = facing_ && facing_.value(fragment) < 0;
     for (const FragmentChannel& channel : channels_) {
         if (column_->use == ColumnUse::kSign) {

@@ -14,10 +14,9 @@
 
 namespace peeler {
 
-/// Returns the array type for a channel type.
 NumberType numberTypeOf(PixelType type);
 
-/// Returns `count` components of every fragment, from component `first` on, gathered in `storage`.
+/// Returns the components [first, first + count) of every fragment, copied to `storage`.
 std::span<const std::byte> componentsOf(const FragmentArray& array, std::size_t first,
                                         std::size_t count, std::vector<std::byte>& storage);
 
@@ -25,7 +24,7 @@ std::span<const std::byte> componentsOf(const FragmentArray& array, std::size_t 
 enum class ColumnUse : std::uint8_t {
     kCopy,
     kIndex,  ///< index + 1 becomes index, and 0 becomes 0xFFFFFFFF (no index)
-    /// As kIndex. The index of glTF's default material, which no file lists, also becomes
+    /// Like kIndex, but the index of glTF's default material, which no file lists, also becomes
     /// 0xFFFFFFFF.
     kMaterial,
     kSign,  ///< any number becomes its sign, −1 or 1
@@ -35,8 +34,8 @@ enum class ColumnUse : std::uint8_t {
 };
 
 struct FragmentColumn {
-    std::string name;  ///< name of the array
-    /// Channels that the column is made from, one per component.
+    std::string name;
+    /// Source channels, one per component.
     std::vector<std::string> channels;
     NumberType type = NumberType::kFloat;
     ColumnUse use = ColumnUse::kCopy;
@@ -52,7 +51,7 @@ struct FragmentColumn {
 /// has `facing`; otherwise they face the viewer and are named `viewer_normals`.
 std::vector<FragmentColumn> fragmentColumns(const LayeredImage& band);
 
-/// A reader of one column of a band; band and column must outlive it.
+/// A reader of one column of a band. The band and the column must outlive the reader.
 class FragmentColumnReader {
   public:
     /// `default_material` is the `id.material` of glTF's default material, or 0 if

@@ -19,7 +19,7 @@
 namespace peeler {
 namespace {
 
-/// Returns the channels that hold the points' normals; empty if there are none.
+/// Returns the names of the channels of the normals; empty if the band has no normals.
 std::vector<std::string> normalChannels(const LayeredImage& band) {
     for (const std::string prefix : {"N", "Ng"}) {
         std::vector<std::string> names{prefix + ".X", prefix + ".Y", prefix + ".Z"};
@@ -31,8 +31,7 @@ std::vector<std::string> normalChannels(const LayeredImage& band) {
     return {};
 }
 
-/// The properties of a point: position, normal, colour, then integer values. Bands with the same
-/// channels have the same table.
+/// The properties of a point: position, normal, colour, then integers.
 struct PointTable {
     PointTable(const LayeredImage& band, const FragmentPointOptions& options)
         : normal(normalChannels(band)) {
@@ -76,7 +75,7 @@ class FragmentPoints final : public Sink {
     std::string path_;
     FragmentPointOptions options_;
     View view_;
-    std::optional<PointTable> table_;  ///< created with the first band
+    std::optional<PointTable> table_;
     std::optional<PlyWriter> writer_;  ///< created with the first band
     std::vector<std::byte> points_;
 };

@@ -86,8 +86,7 @@ class LariSample final : public Sink {
     }
 
     void finish() override {
-        // commitAll() renames the first file last. So if the picture exists, the other files exist,
-        // too.
+        // commitAll() renames the first file last. So if the picture exists, the other files exist.
         const std::array<AtomicFile*, 3> files = {&picture_.close(), &depths_->close(), &*pose_};
         commitAll(files);
     }

@@ -37,7 +37,7 @@ constexpr ArrayNumber kArrayNumbers[] = {
                 "check that it is a complete NumPy file");
 }
 
-/// Returns the text that follows a key in the header's dictionary, or "" if there is no such key.
+/// Returns the text after a key of the header's dictionary, or "" if the key is missing.
 std::string_view after(std::string_view header, std::string_view key) {
     const std::size_t at = header.find(key);
     if (at == std::string_view::npos) return {};
@@ -77,7 +77,6 @@ std::optional<std::uint64_t> sizeOf(const NumberArray& array) {
     return bytes;
 }
 
-/// A .npy file: the header's dictionary, and the bytes after the header.
 struct NpyFile {
     std::string_view header;
     std::span<const std::uint8_t> bytes;
@@ -100,7 +99,7 @@ std::optional<NpyFile> npyFile(std::span<const std::uint8_t> file, const std::st
     return NpyFile{text.substr(begin, length), file.subspan(begin + length)};
 }
 
-/// Appends a UTF-32 character as UTF-8; ignores invalid ones.
+/// Appends a UTF-32 character as UTF-8; ignores an invalid character.
 void appendUtf8(std::uint32_t character, std::string& text) {
     if (character > 0x10FFFF || (character >= 0xD800 && character < 0xE000)) return;
     const auto add = [&](std::uint32_t byte) { text += static_cast<char>(byte); };

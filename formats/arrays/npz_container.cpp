@@ -21,7 +21,6 @@ constexpr std::uint16_t kDate = (1U << 5U) | 1U;  // 1980-01-01
 constexpr std::uint16_t kZip64Field = 1;
 constexpr std::uint32_t kSeeZip64 = 0xFFFFFFFFU;
 
-/// Consecutive little-endian fields of a ZIP header.
 class HeaderFields {
   public:
     template <class T>
@@ -45,10 +44,9 @@ struct NpzEntry {
     std::string header;        ///< header of the .npy file
     std::uint64_t offset = 0;  ///< offset of the local header in the archive
     std::uint64_t bytes = 0;   ///< size of the .npy file
-    std::uint64_t stored = 0;  ///< its size in the archive
-    std::uint32_t crc = 0;     ///< of the .npy file
+    std::uint64_t stored = 0;  ///< size in the archive: of the .npy file, or of its DEFLATE stream
+    std::uint32_t crc = 0;     ///< CRC-32 of the .npy file
 
-    /// Returns ZIP's number of the compression method: stored or DEFLATE.
     std::uint16_t method() const { return stored == bytes ? 0 : 8; }
 };
 
@@ -73,12 +71,12 @@ std::string localHeader(const NpzEntry& entry) {
         .take();
 }
 
-/// Returns a .npy header as a DEFLATE block without compression (RFC 1951, section 3.2.4), which
-/// ends at a byte, so that the data's own stream can follow.
+/// Returns a .npy header as a stored DEFLATE block (RFC 1951, section 3.2.4). The block ends at a
+/// byte boundary, so the DEFLATE stream of the data can follow.
 std::string headerBlock(const std::string& header) {
     const auto size = static_cast<std::uint16_t>(header.size());
     return HeaderFields()
-        .add(std::uint8_t{0})  // not the last block, stored
+        .add(std::uint8_t{0})  // BFINAL = 0, BTYPE = 00 (stored)
         .add(size)
         .add(static_cast<std::uint16_t>(~size))
         .add(header)
@@ -87,10 +85,10 @@ std::string headerBlock(const std::string& header) {
 
 /// The level of libdeflate. Higher levels gain little on floats.
 constexpr int kLevel = 4;
-/// Smaller arrays and texts stay as they are: npzText() reads them without decompression.
+/// Arrays and texts with fewer bytes are stored, so that npzText() need not decompress.
 constexpr std::uint64_t kLeastCompressed = 4096;
 
-/// Compresses an array's data as a DEFLATE stream; leaves `packed` empty if that saves nothing.
+/// Compresses an array's data to a DEFLATE stream. Leaves `packed` empty if that saves nothing.
 void deflate(const ByteBuffer& values, ByteBuffer& packed) {
     if (values.size() < kLeastCompressed) return;
     const std::unique_ptr<libdeflate_compressor, decltype(&libdeflate_free_compressor)> compressor(
@@ -155,7 +153,7 @@ class NpzContainer final : public ArrayContainer {
         entries_.push_back(std::move(entry));
         arrays_.push_back({std::move(array), numbers, std::move(value)});
     }
-    /// Returns the entries with the checksums of their files, given those of the data.
+    /// Returns the entries with the CRC-32 of their .npy files, calculated from those of the data.
     std::vector<NpzEntry> checked(std::span<const std::uint32_t> crcs) const {
         std::vector<NpzEntry> entries = entries_;
         for (std::size_t i = 0; i < entries.size(); ++i) {
@@ -170,7 +168,7 @@ class NpzContainer final : public ArrayContainer {
     static std::string directory(std::span<const NpzEntry> entries, std::uint64_t start);
 
     std::vector<NpzEntry> entries_;
-    std::uint64_t end_ = 0;  ///< offset in the file at which the last array ends
+    std::uint64_t end_ = 0;
 };
 
 std::string NpzContainer::directory(std::span<const NpzEntry> entries, std::uint64_t start) {
@@ -235,7 +233,7 @@ std::string npyHeader(const NamedArray& array) {
     std::string shape;
     for (const std::uint64_t n : array.shape)
         shape += std::to_string(n) + ", ";
-    if (array.shape.size() > 1) shape.resize(shape.size() - 2);  // removes the last ", "
+    if (array.shape.size() > 1) shape.resize(shape.size() - 2);
     if (array.shape.size() == 1) shape.pop_back();
     std::string text = "{'descr': '" + std::string(infoOf(array.type).numpy) +
                        "', 'fortran_order': False, 'shape': (" + shape + "), }";

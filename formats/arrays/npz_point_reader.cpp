@@ -29,7 +29,7 @@ std::vector<glm::dvec3> npzPoints(std::span<const std::uint8_t> file, const std:
     // peeler's own files call the points "positions", if the picture had the channel `position`.
     const NpzArchive::Member* named = archive.find("points");
     if (!named) named = archive.find("positions");
-    // peeler's own files without positions have arrays of three components that are not points.
+    // In peeler's own files without positions, the arrays of shape (n, 3) are not points.
     if (!named && archive.find("ray_splits"))
         throw Error(
             ErrorKind::kInput, "the file has hits or fragments, but no array positions", where,
@@ -44,8 +44,7 @@ std::vector<glm::dvec3> npzPoints(std::span<const std::uint8_t> file, const std:
             if (!named) continue;
             throw Error(ErrorKind::kInput, kTooManyPoints, inside, kFewerPoints);
         }
-        // Memory for the member's bytes, and for its points as doubles, which take at most twice as
-        // many bytes.
+        // The member's bytes, and the points as doubles, which take at most twice as many bytes.
         allow(3 * member.size);
         std::vector<std::uint8_t> storage;
         const auto points = npyArray(archive.contents(member, storage), inside);

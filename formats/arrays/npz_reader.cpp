@@ -17,7 +17,7 @@ namespace {
 using ByteSpan = std::span<const std::uint8_t>;
 using Member = NpzArchive::Member;
 
-// The maximum expansion ratio of DEFLATE: two bits can encode 258 bytes.
+// The maximum expansion ratio of DEFLATE: two bits encode at most 258 bytes.
 constexpr std::uint64_t kMostInflation = 1032;
 
 /// The place in an archive, and the archive's format, for messages.
@@ -31,7 +31,6 @@ struct ArchivePlace {
                 "check that it is a complete " + std::string(place.kind) + " file");
 }
 
-/// A reader of little-endian numbers at offsets in the file.
 class ArchiveFields {
   public:
     ArchiveFields(ByteSpan bytes, const ArchivePlace& place) : bytes_(bytes), place_(place) {}
@@ -75,8 +74,8 @@ Directory directoryOf(const ArchiveFields& file, const ArchivePlace& place) {
     damaged("there is no directory", place);
 }
 
-/// Reads the sizes and the offset that do not fit into 32 bits from a member's extra field, in the
-/// order of section 4.5.3.
+/// Reads from a member's extra field the sizes and the offset that do not fit into 32 bits (section
+/// 4.5.3).
 void takeZip64(const ArchiveFields& file, std::uint64_t extra, std::uint64_t size, Member& member) {
     const std::uint64_t end = extra + size;
     while (end - extra >= 4) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reader of one text in a .npz by ArrayWriter. Uses only the directory, which is written last.
-// ZIP64: APPNOTE.TXT, sections 4.3 and 4.5.3.
+// Reader of one text in a .npz by ArrayWriter. Reads only the directory, which is written last, and
+// the text. ZIP64: APPNOTE.TXT, sections 4.3 and 4.5.3.
 #include <libdeflate.h>
 
 #include <cstring>
@@ -26,7 +26,7 @@ T zipNumber(const std::string& bytes, std::uint64_t at) {
     return number;
 }
 
-/// Returns bytes of a file, or "" if not all of them can be read.
+/// Returns bytes of a file, or "" if some of them cannot be read.
 std::string zipBytes(const RegularFile& file, std::uint64_t at, std::uint64_t size) {
     std::string bytes(size, '\0');
     return file.read(at, bytes) ? bytes : "";

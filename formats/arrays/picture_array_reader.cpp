@@ -39,7 +39,7 @@ class PictureArrayReader final : public LayeredInput {
     void countFragments();
     std::vector<std::uint64_t> splitsFrom(std::uint64_t first, std::size_t count) const;
     std::vector<Run> place(const Window& window, LayeredImage& out) const;
-    /// Reads an array's values for these runs, `size` bytes per fragment.
+    /// Reads an array's values for the fragments in `runs`, `size` bytes per fragment.
     void readRuns(const SafetensorsArray& array, std::size_t size, std::span<const Run> runs,
                   std::byte* out) const;
     void readColors(std::span<const Run> runs, std::size_t fragments, LayeredImage& out) const;
@@ -102,7 +102,7 @@ std::vector<std::uint64_t> PictureArrayReader::splitsFrom(std::uint64_t first,
     for (std::size_t i = 0; i <= count; ++i) {
         const auto* const at = reinterpret_cast<const std::uint8_t*>(bytes.data()) + i * size;
         const double split = array.number->decode(at, false);
-        // The double is exact, because no file has more than 2^53 fragments.
+        // `split` is exact as a double, because no file has more than 2^53 fragments.
         if (!(split >= 0 && split <= static_cast<double>(n)))
             fail("a list ends beyond the fragments");
         splits[i] = static_cast<std::uint64_t>(split);
@@ -145,7 +145,7 @@ void PictureArrayReader::countFragments() {
     if (!info_.is_peeler) plan.fragments_counted = plan.fragments_stored;
 }
 
-/// Sets the offsets of `out`. Returns the ranges of the window's fragments in the file.
+/// Sets the offsets of `out`. Returns the window's fragments as ranges in the file.
 std::vector<PictureArrayReader::Run> PictureArrayReader::place(const Window& window,
                                                                LayeredImage& out) const {
     const Window& all = info_.parts.front().data_window;

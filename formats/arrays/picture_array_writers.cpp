@@ -24,8 +24,8 @@ namespace {
 
 constexpr std::size_t kTintOnly = kTintedComponents - kPlainComponents;
 
-/// The fragments' channels other than colour and Z, with arrays and components in the order of the
-/// channel table. (In pictures read from files, arrays and components may be sorted by name.)
+/// The channels other than colour and Z, as arrays. The arrays and their components have the order
+/// of the channel table. (In pictures read from files, they may be sorted by name.)
 class ArrangedChannels {
   public:
     explicit ArrangedChannels(std::span<const FragmentArray> channels = {}) {
@@ -36,10 +36,10 @@ class ArrangedChannels {
             arrays_.push_back({row.names, channels[row.source].type, {}});
     }
 
-    /// Returns the arrays, which have no data.
+    /// Returns the arrays without data.
     std::span<const FragmentArray> arrays() const { return arrays_; }
     /// Returns the values of arrays()[i], reordered in `storage` if needed. `channels` are the
-    /// channels passed to the constructor, with their data.
+    /// constructor's channels, with their data.
     std::span<const std::byte> numbers(std::span<const FragmentArray> channels, std::size_t i,
                                        std::vector<std::byte>& storage) const {
         const FragmentArray& array = channels[rows_[i].source];
@@ -58,8 +58,9 @@ class ArrangedChannels {
         std::size_t source;  ///< index of the array among the channels
         /// Index in the channel table; the table's size for unknown channels.
         std::size_t rank;
-        std::vector<std::string> names;       ///< names of the components, in output order
-        std::vector<std::size_t> components;  ///< indices of these components in the source
+        std::vector<std::string> names;
+        /// For each component, its index in the source array.
+        std::vector<std::size_t> components;
     };
 
     static Row rowOf(const FragmentArray& array, std::size_t source) {
@@ -80,19 +81,18 @@ class ArrangedChannels {
     std::vector<FragmentArray> arrays_;
 };
 
-/// The arrays of a file, and the channels of each.
 struct PictureLayout {
     std::vector<NamedArray> arrays;
     ArrayChannels channels;
 
-    /// Adds an array of shape `records`, with `numbers` values per record.
+    /// Adds an array of shape (`records`…), or (`records`…, `numbers`) if `numbers` > 1.
     void add(std::string name, PixelType type, std::vector<std::uint64_t> records,
              std::size_t numbers) {
         if (numbers > 1) records.push_back(numbers);
         arrays.push_back({std::move(name), numberTypeOf(type), std::move(records)});
     }
-    /// Adds arrays for channels. Makes their names unique, since channels of other programs may
-    /// have the name of an existing array.
+    /// Adds arrays for channels. Makes the arrays' names unique, because a channel of another
+    /// program may have the name of an existing array.
     void add(std::span<const FragmentArray> extra, const std::vector<std::uint64_t>& records) {
         std::set<std::string> taken{"opacity", "arrays_version", "__metadata__"};
         for (const NamedArray& array : arrays)
@@ -155,7 +155,7 @@ class LayerArrays final : public Sink {
         const StageTimer timer(times_, "write");
         writer_->finish();
     }
-    /// Returns the memory of the splits and of one array's values, which may have to be reordered.
+    /// Returns the memory of the splits and of one array's reordered values.
     SinkMemory memory(const Plan& plan) const override {
         std::size_t widest = plan.tinted ? kPlainComponents * pixelTypeSize(plan.color_type) : 0;
         for (const FragmentArray& array : plan.channels)

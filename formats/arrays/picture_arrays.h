@@ -51,9 +51,8 @@ class PictureArrays {
     const ExrInfo& info() const { return info_; }
     const RegularFile& file() const { return file_; }
     bool composite() const { return composite_; }
-    /// The arrays with these names. `splits` is null for a composite; `opacity` is null if missing.
+    /// The arrays with these names; `splits` is null for a composite, `opacity` is null if missing.
     const SafetensorsArray *splits = nullptr, *z = nullptr, *rgba = nullptr, *opacity = nullptr;
-    /// Another channel array of the fragments.
     struct ExtraArray {
         FragmentArray like;  ///< channels and type of the array, without data
         const SafetensorsArray* stored = nullptr;
@@ -80,8 +79,8 @@ class PictureArrays {
 /// Opens a picture of fragment lists; with `pixels`, opens a composite like openComposite()
 /// (formats/layered/opened_picture.h). Reads the splits, so that info().plan has the window and the
 /// number of pixels of each layer, and the actual fragment counts. Throws Error (kInput) if the
-/// file holds the other kind of picture, or if lists are out of order. Throws Error (kUsage) if the
-/// options choose a part or view.
+/// file holds the kind of picture that `pixels` excludes, or if lists are out of order. Throws
+/// Error (kUsage) if the options choose a part or view.
 std::unique_ptr<LayeredInput> openArrays(std::unique_ptr<PictureArrays> arrays,
                                          bool pixels = false);
 

@@ -26,8 +26,8 @@ constexpr const char* kChannelsText = "peeler:channels";
 constexpr const char* kIdsText = "peeler:ids";
 constexpr const char* kCarriedText = "peeler:carried";
 
-/// Calls take(json) for a text, if present. Turns exceptions into Errors (kInput) that name the
-/// text.
+/// Calls take(json) for a text, if present. Rethrows exceptions as Error (kInput) with the text's
+/// name.
 template <class Take>
 void withText(const Texts& texts, const char* name, const std::string& where, Take&& take) {
     const auto found = texts.find(name);
@@ -65,7 +65,7 @@ std::vector<std::byte> bytesOfHex(const std::string& text, const std::string& wh
     return bytes;
 }
 
-/// Returns a coordinate or a size, in pixels, limited so that the sum of two fits into an int.
+/// Returns a coordinate or size in pixels. Limits it, so that the sum of two fits into an int.
 int pixelNumber(double value, const std::string& where) {
     constexpr double kMost = 1 << 28;
     if (!(std::abs(value) <= kMost))

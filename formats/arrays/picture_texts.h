@@ -13,10 +13,10 @@
 namespace peeler {
 
 using Texts = std::map<std::string, std::string>;
-/// The name of each channel array, with the names of its channels.
+/// The names of the channel arrays, each with the names of its channels.
 using ArrayChannels = std::vector<std::pair<std::string, std::vector<std::string>>>;
 
-/// The key of the text that gives the picture's kind, and the two possible values of the text.
+/// The name of the text that gives the picture's kind, and the two kinds.
 inline constexpr const char* kPictureKind = "peeler:arrays";
 inline constexpr const char* kLayersKind = "layers";
 inline constexpr const char* kCompositeKind = "composite";

@@ -86,7 +86,7 @@ class TextNumbers final : public PlyNumbers {
         for (; count > 0; --count)
             next(type);
     }
-    /// A value takes at least two characters, a digit and a blank.
+    /// A value takes at least two characters: a digit and a blank.
     std::uint64_t most(const PlyElement& element) const override {
         return (text_.size() + 1) / (2 * element.properties.size());
     }
@@ -125,7 +125,7 @@ void PlyNumbers::skip(const PlyField& property) {
 
 PlyFile::PlyFile(std::span<const std::uint8_t> file, const std::string& where)
     : text_(reinterpret_cast<const char*>(file.data()), file.size()), where_(where) {
-    // Lines end with a single CR in Turk's original files (1994) and in those of classic Mac OS.
+    // A single CR ends lines in Turk's original files (1994) and in files of classic Mac OS.
     if (const std::size_t first = text_.find_first_of("\r\n"); first != text_.npos)
         line_end_ = text_.substr(first).starts_with("\r\n") ? '\n' : text_[first];
     while (readLine()) {
@@ -146,7 +146,7 @@ void PlyFile::fail(const std::string& what) const {
                 where_ + ":" + std::to_string(line_), "check that it is a complete PLY file");
 }
 
-/// Reads a line of the header; returns false after the last one.
+/// Reads a line of the header. Returns false after the last line.
 bool PlyFile::readLine() {
     ++line_;
     const std::size_t end = text_.find(line_end_, at_);

@@ -13,13 +13,13 @@
 
 namespace peeler {
 
-/// A scalar type, with its old and new names and its decoder.
+/// A scalar type.
 struct PlyType {
     std::string_view name, other_name;
-    std::size_t size;  ///< size of a value, in bytes
+    std::size_t size;
     /// Decodes a value stored in the machine's byte order.
     double (*value)(const std::uint8_t* bytes);
-    /// Greatest value of an integer type; 1 for floating point.
+    /// Maximum value of an integer type; 1 for floating point.
     double greatest;
 };
 
@@ -36,8 +36,8 @@ struct PlyElement {
     std::vector<PlyField> properties;
 };
 
-/// A sequential reader of the values after a header. If a value is malformed or the data ends
-/// early, throws Error (kInput) without `where`, which the caller adds.
+/// A sequential reader of the values after a header. Throws Error (kInput) without `where`, which
+/// the caller adds, if a value is malformed or the data ends early.
 class PlyNumbers {
   public:
     virtual ~PlyNumbers() = default;
@@ -47,12 +47,9 @@ class PlyNumbers {
     virtual std::uint64_t most(const PlyElement& element) const = 0;
     /// Returns the maximum number of values of this type that the remaining data can hold.
     virtual std::uint64_t most(const PlyType& type) const = 0;
-    /// Returns the bytes left before the end of the file.
     virtual std::size_t left() const = 0;
 
-    /// Reads a list's length.
     std::uint64_t length(const PlyField& list);
-    /// Skips a property.
     void skip(const PlyField& property);
 };
 

@@ -17,7 +17,6 @@ int axisOf(const PlyField& property) {
     return axis >= 0 && axis < 3 ? axis : -1;
 }
 
-/// Reads one row; stores its coordinates in `point`.
 void readRow(const PlyElement& element, PlyNumbers& numbers, glm::dvec3& point) {
     for (const PlyField& property : element.properties) {
         if (const int axis = axisOf(property); axis >= 0)

@@ -38,8 +38,8 @@ PlyWriter::PlyWriter(const std::string& path, std::vector<PlyProperty> propertie
     file_.append(std::as_bytes(std::span(text)));
 }
 
-/// Returns the header. A comment of dots pads the number of points, so that the header's length
-/// does not depend on the number.
+/// Returns the header. A comment of dots pads the number of points, so that all headers with these
+/// properties and comments have the same length.
 std::string PlyWriter::header(std::span<const PlyProperty> properties,
                               std::span<const std::string> comments, std::uint64_t points) {
     const std::string count = std::to_string(points);

@@ -16,7 +16,6 @@ namespace {
 
 constexpr std::uint64_t kMostFileBytes = std::uint64_t{8} << 30;
 
-/// A format, its first bytes, and its reader.
 struct PointFormat {
     std::string_view magic;
     std::vector<glm::dvec3> (*read)(std::span<const std::uint8_t> file, const std::string& where,

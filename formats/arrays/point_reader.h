@@ -17,7 +17,6 @@ namespace peeler {
 
 /// The maximum number of points accepted from a file.
 inline constexpr std::uint64_t kMostPoints = std::uint64_t{1} << 28;
-/// The message and hint for files with more points.
 inline constexpr const char* kTooManyPoints = "there are more than the allowed 2^28 points";
 inline constexpr const char* kFewerPoints = "split the file";
 
@@ -25,7 +24,7 @@ inline constexpr const char* kFewerPoints = "split the file";
 /// the file decide its format. Holds the whole file, at most 8 GiB, in memory. Throws Error
 /// (kInput) if the file has neither format, is damaged, has no point or more than kMostPoints, or
 /// has a coordinate that is NaN or exceeds the range of 32-bit floats. Throws Error (kMemory) if
-/// file and points exceed the budget.
+/// the file and its points exceed the budget.
 std::vector<glm::dvec3> readPoints(const std::filesystem::path& path,
                                    const MemoryBudget& memory = {});
 

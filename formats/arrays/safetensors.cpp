@@ -24,7 +24,7 @@ constexpr const char* kTensorMetadata = "__metadata__";
                 "check that it is a complete .safetensors file");
 }
 
-/// An element type. Types without a numpy name cannot be decoded.
+/// An element type. `numpy` is empty if the type cannot be decoded.
 struct TensorType {
     std::string_view name;
     std::size_t size;

@@ -18,13 +18,13 @@ namespace peeler {
 struct SafetensorsArray {
     std::string name, type;  ///< `type` is written as in the file: "F32"
     std::vector<std::uint64_t> shape;
-    std::uint64_t offset = 0, bytes = 0;  ///< position and size of the array's data in the file
+    std::uint64_t offset = 0, bytes = 0;
     /// Decoder of the elements; null for types that cannot be decoded (F16, BOOL, …).
     const ArrayNumber* number = nullptr;
 };
 
 struct SafetensorsHeader {
-    std::vector<SafetensorsArray> arrays;         ///< arrays in the order of their data
+    std::vector<SafetensorsArray> arrays;         ///< sorted by offset
     std::map<std::string, std::string> metadata;  ///< texts of the header's member `__metadata__`
 
     const SafetensorsArray* find(std::string_view name) const;

@@ -23,7 +23,7 @@ namespace peeler {
 /// (repeat_last), uint32 arrays hold 0xFFFFFFFF (no index), and int32 arrays hold 0.
 class DensePlanes {
   public:
-    /// The type and number of values stored per fragment.
+    /// The type of a fragment's values, and their number.
     struct Column {
         NumberType type = NumberType::kFloat;
         std::size_t components = 1;
@@ -33,8 +33,8 @@ class DensePlanes {
     DensePlanes(const DenseSettings& settings, std::uint32_t layers)
         : settings_(settings), layers_(layers) {}
 
-    /// Returns the type in which a column is stored: the settings' type for half and float columns,
-    /// else the column's own type.
+    /// Returns the type in which a column is stored: DenseSettings::type for half and float
+    /// columns, else the column's own type.
     NumberType typeOf(NumberType type) const;
     /// Returns a column's array, of shape (`pixels`…, planes), or (`pixels`…, planes, components)
     /// if the column has several components.
@@ -44,17 +44,17 @@ class DensePlanes {
     std::size_t pixelBytes(const Column& column) const;
 
     /// Fills `out` with the planes' values for consecutive pixels. Pixel p has the fragments from
-    /// offsets[p] up to offsets[p + 1]; `numbers` holds the values of the fragments from offsets[0]
-    /// on.
+    /// offsets[p] up to offsets[p + 1]. `numbers` holds the values of these pixels' fragments, from
+    /// offsets[0] on.
     void fill(const Column& column, std::span<const std::uint32_t> offsets,
               std::span<const std::byte> numbers, ByteBuffer& out) const;
 
-    /// Calls use(first, last), on all threads, for ranges that together cover the pixels of
-    /// `offsets`. Ranges are chosen so that neither the pixels (`pixel_bytes` each) nor the
-    /// fragments take more than a few MB, unless the range is a single pixel.
+    /// Calls use(first, last), on all threads, for ranges of pixels that together cover the pixels
+    /// of `offsets`. Neither the pixels of a range (`pixel_bytes` each) nor its fragments take more
+    /// than a few MB, unless the range is a single pixel.
     static void forEachRange(std::span<const std::uint32_t> offsets, std::size_t pixel_bytes,
                              const std::function<void(std::size_t, std::size_t)>& use);
-    /// Returns the bytes that all threads of forEachRange() together hold for their ranges.
+    /// Returns the bytes that all threads of forEachRange() together need for their ranges.
     static std::uint64_t rangeBytes();
 
   private:
@@ -62,10 +62,10 @@ class DensePlanes {
     std::uint32_t layers_;
 };
 
-/// A property of every point. Readers know the names x y z, nx ny nz, red green blue alpha (uchar,
-/// sRGB, straight alpha).
+/// A property of every point. Other programs know the names x y z, nx ny nz, red green blue alpha
+/// (uchar, sRGB, straight alpha).
 struct PlyProperty {
-    std::string name;  ///< name without white space
+    std::string name;  ///< without white space
     NumberType type = NumberType::kFloat;
 };
 
@@ -79,7 +79,6 @@ class PlyWriter {
     PlyWriter(const std::string& path, std::vector<PlyProperty> properties,
               std::vector<std::string> comments = {});
 
-    /// Returns the exact size of a file with this number of points.
     static std::uint64_t fileBytes(std::span<const PlyProperty> properties,
                                    std::span<const std::string> comments, std::uint64_t points);
 
@@ -88,8 +87,8 @@ class PlyWriter {
     /// Appends whole points, pointSize() bytes each. Throws Error (kOutput). Must not be called by
     /// several threads at once, nor together with writeAt().
     void append(std::span<const std::byte> points);
-    /// Writes whole points from the index `first` on, in any order and from several threads at
-    /// once. Every point must be written exactly once.
+    /// Writes whole points, beginning at the point with the index `first`. Points may be written in
+    /// any order and from several threads at once, but each exactly once.
     void writeAt(std::uint64_t first, std::span<const std::byte> points);
     /// Writes the final header and commits the file. Throws Error (kOutput) if writing fails, Error
     /// (kInternal) if points are missing.

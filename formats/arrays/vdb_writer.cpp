@@ -29,7 +29,7 @@ class ContentHash {
 
     void add(std::uint64_t position, std::span<const char> bytes) {
         for (const char byte : bytes) {
-            // Before the UUID, the unsigned difference wraps around.
+            // The unsigned difference of a position before the UUID wraps around.
             if (position - kUuidAt >= kUuidSize) {
                 hash_ = (hash_ ^ static_cast<std::uint8_t>(byte)) * 0x100000001B3U;
             }
@@ -48,7 +48,7 @@ class FileBuffer : public std::streambuf {
   public:
     explicit FileBuffer(AtomicFile& file) : file_(file) {}
 
-    /// Returns a UUID made from the hash of everything written.
+    /// Returns a UUID made from the hashes of all bytes written so far.
     std::string uuid() const {
         std::array<char, 33> hex{};
         std::snprintf(hex.data(), hex.size(), "%016llx%016llx",
@@ -80,8 +80,8 @@ class FileBuffer : public std::streambuf {
         const char byte = traits_type::to_char_type(letter);
         return xsputn(&byte, 1) == 1 ? letter : traits_type::eof();
     }
-    /// Returns the current position, which is always the end of the file. Returns −1 for a request
-    /// to move to another position.
+    /// Returns the current position, which is always the end of the file. Returns −1 if another
+    /// position is requested.
     pos_type seekoff(off_type offset, std::ios_base::seekdir from,
                      std::ios_base::openmode) override {
         if (offset != 0 || from == std::ios_base::beg) return pos_type(off_type(-1));

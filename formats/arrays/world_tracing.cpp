@@ -39,7 +39,8 @@ SizeForecast tracedForecast(const std::string& path, const Plan& plan, bool comp
     return ArrayWriter::forecast(worldTracingFiles(path).at(0), tracedArrays(plan), {}, compress);
 }
 
-/// Returns the point at depth `z` behind a position in the picture, in OpenCV's camera axes.
+/// Returns the point at depth `z` behind the position (x, y) in the picture, in pixels. Camera
+/// space has OpenCV's axes.
 PointXyz cameraPoint(const View& view, double x, double y, double z) {
     const Projection& projection = view.projection;
     const double scale = projection.perspective ? z : 1;
@@ -74,7 +75,7 @@ class WorldTracingSample final : public Sink {
     }
 
     void finish() override {
-        // commitAll() renames the first file last: if the picture exists, so do the points.
+        // commitAll() renames the first file last. So if the picture exists, the points exist.
         const std::array<AtomicFile*, 2> files = {&picture_.close(), &points_->close()};
         commitAll(files);
     }

@@ -22,7 +22,7 @@ constexpr std::size_t kXrayRows = 16, kXrayNumbers = 7;
 
 enum XrayArray : std::size_t { kData, kIndices, kIndptr, kShape };
 
-/// Returns, for each layer, the index of its first hit among all stored hits.
+/// Returns, for each layer, the number of hits stored in the layers before it.
 std::array<std::uint64_t, kXrayRows + 1> firstHits(const Plan& plan) {
     std::array<std::uint64_t, kXrayRows + 1> first{};
     for (std::size_t row = 0; row < kXrayRows; ++row) {
@@ -78,7 +78,7 @@ class XrayNumbers {
     }
 
   private:
-    glm::dmat3 to_camera_;  ///< rotates vectors to the camera's axes: x right, y up, z backward
+    glm::dmat3 to_camera_;
     FragmentChannel distance_, facing_;
     std::array<FragmentChannel, 3> normal_, color_;
 };
@@ -106,7 +106,7 @@ class XrayWriter final : public Sink {
     }
 
     void write(LayeredImage&& band) override {
-        // With this number of pixels, the data fits into the cache of one core.
+        // The data of this number of pixels fits into the cache of one core.
         constexpr std::size_t kPixelsAtOnce = std::size_t{1} << 15;
         const XrayNumbers numbers(band, plan_.view);
         parallelFor(kXrayRows, [&](std::size_t row) {
@@ -124,7 +124,7 @@ class XrayWriter final : public Sink {
     }
 
   private:
-    /// Returns the indices as bytes, in the stored type.
+    /// Returns the indices as bytes of the stored type.
     ByteBuffer indexBytes(const std::vector<std::uint64_t>& indices) const {
         ByteBuffer bytes(indices.size() * (is_wide_ ? sizeof(std::int64_t) : sizeof(std::int32_t)));
         std::byte* out = bytes.data();
@@ -134,8 +134,8 @@ class XrayWriter final : public Sink {
         return bytes;
     }
 
-    /// Writes the hits of layer `row` in some pixels of the band. The layer's matrix row holds the
-    /// distances of all pixels, then the X components of all normals, and so on.
+    /// Writes the hits of layer `row` in the pixels [first, last) of the band. The layer's matrix
+    /// row holds the distances of all pixels, then the X components of all normals, and so on.
     void writeHits(const LayeredImage& band, const XrayNumbers& numbers, std::size_t row,
                    std::size_t first, std::size_t last) {
         std::vector<std::uint64_t> places;
@@ -165,7 +165,6 @@ class XrayWriter final : public Sink {
     Plan plan_;
     bool is_wide_ = false;  ///< whether indices have 64 bits
     std::array<std::uint64_t, kXrayRows + 1> first_{};
-    /// Number of hits written so far in each layer.
     std::array<std::uint64_t, kXrayRows> written_{};
     std::uint64_t pixels_ = 0;  ///< number of pixels written so far
     std::optional<ArrayWriter> writer_;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // BOP scene cameras: scene_camera.json, with scene_gt.json and camera.json.
-// https://github.com/thodan/bop_toolkit/blob/master/docs/bop_datasets_format.md
-// The pixel coordinates (0, 0) are the centre of the upper left pixel, as in the toolkit's
+// https://github.com/thodan/bop_toolkit/blob/master/docs/bop_datasets_format.md The pixel
+// coordinates (0, 0) mean the centre of the upper left pixel, as in the toolkit's
 // misc.depth_im_to_dist_im().
 #include <algorithm>
 #include <array>
@@ -18,20 +18,19 @@
 namespace peeler {
 namespace {
 
-constexpr double kMillimetres = 1000;  ///< millimetres per metre
+constexpr double kMillimetres = 1000;
 constexpr std::string_view kSceneCamera = "scene_camera";
 
-// Keys that are read, and keys that are ignored without a warning because they do not affect the
-// view.
+// Keys that need no warning, because they are read or do not affect the view.
 constexpr std::string_view kPictureKeys[] = {"cam_K",       "cam_R_w2c",  "cam_t_w2c",
                                              "depth_scale", "view_level", "mode"};
 constexpr std::string_view kCameraKeys[] = {"width", "height", "fx",         "fy",
                                             "cx",    "cy",     "depth_scale"};
 constexpr std::string_view kObjectKeys[] = {"obj_id", "cam_R_m2c", "cam_t_m2c"};
 
-/// Returns the path of the file `name` that accompanies the camera file `path`; `folder` is
-/// relative to that file's folder. Datasets with several sensors have scene_camera_SENSOR.json, and
-/// so on.
+/// Returns the path of the file `name` that accompanies the camera file `path`. `folder` is
+/// relative to the camera file's folder. Datasets with several sensors have
+/// scene_camera_SENSOR.json, and so on.
 std::filesystem::path companion(const std::filesystem::path& path, const std::string& folder,
                                 const std::string& name) {
     const std::string stem = path.stem().string();
@@ -70,7 +69,7 @@ std::string pictureName(std::uint32_t id) {
     return std::string(6 - std::min<std::size_t>(digits.size(), 6), '0') + digits;
 }
 
-/// Returns the picture ids in a file with their values, ordered by id.
+/// Returns the picture ids in a file with their members, ordered by id.
 std::vector<std::pair<std::uint32_t, const nlohmann::json*>> picturesIn(const nlohmann::json& root,
                                                                         const std::string& where) {
     std::vector<std::pair<std::uint32_t, const nlohmann::json*>> pictures;
@@ -86,13 +85,13 @@ std::vector<std::pair<std::uint32_t, const nlohmann::json*>> picturesIn(const nl
     return pictures;
 }
 
-/// Returns the size of the pictures from a camera.json, which may be in the file's folder, its
-/// parent, or the parent's parent.
+/// Returns the size of the pictures from a camera.json in the camera file's folder or in the two
+/// folders above it.
 Size sizeBeside(const CameraSource& source) {
     for (const char* folder : {".", "..", "../.."}) {
         for (const auto& path : {companion(source.path, folder, "camera"),
                                  source.path.parent_path() / folder / "camera.json"}) {
-            if (!isSeen(path)) continue;  // files in unreadable folders are not seen
+            if (!isSeen(path)) continue;  // false in unreadable folders
             const nlohmann::json root = readCameraJson(path);
             const CameraObject camera(root, path.lexically_normal().string(), "");
             warnOfOthers(camera, kCameraKeys, source.warnings);
@@ -104,7 +103,7 @@ Size sizeBeside(const CameraSource& source) {
     return source.options.size;
 }
 
-/// Returns the objects in a picture's list, placed in the world of its camera.
+/// Returns the objects in a picture's list, placed in world space. `pose` is the picture's camera.
 std::vector<PlacedObject> objectsIn(const nlohmann::json& list, const std::string& file,
                                     const std::string& pointer, const glm::dmat4& pose,
                                     ReadWarnings& warnings) {
@@ -201,8 +200,8 @@ std::string objectsText(const FileCamera& camera) {
     return "[" + text + "]";
 }
 
-/// Returns the cameras' names as picture ids if all names are numbers and all differ. Otherwise
-/// returns 0, 1, ….
+/// Returns the cameras' names as picture ids if the names are different numbers. Otherwise returns
+/// 0, 1, ….
 std::vector<std::uint32_t> idsOf(std::span<const FileCamera> cameras) {
     std::vector<std::uint32_t> ids;
     std::set<std::uint32_t> different;

@@ -18,7 +18,7 @@ nlohmann::ordered_json calibrationJson(const View& view) {
     for (int row = 0; row < 4; ++row) {
         auto& numbers = json["world_to_camera"].emplace_back();
         for (int column = 0; column < 4; ++column)
-            numbers.push_back(to_camera[column][row] + 0.0);  // no -0
+            numbers.push_back(to_camera[column][row] + 0.0);  // turns −0 into 0
     }
     json["convention"] =
         cameraConventions()[static_cast<std::size_t>(CameraConvention::kOpencv)].name;

@@ -13,10 +13,10 @@
 namespace peeler {
 namespace {
 
-/// Converts a camera-to-world matrix between glTF's axes and OpenCV's, where the camera has +Y down
-/// and looks along +Z.
+/// Converts a camera-to-world matrix between glTF's camera axes and OpenCV's (+Y down, view along
+/// +Z).
 glm::dmat4 withAxesTurned(glm::dmat4 camera_to_world) {
-    camera_to_world[1] = glm::dvec4(0) - camera_to_world[1];  // subtracts from 0, to avoid −0
+    camera_to_world[1] = glm::dvec4(0) - camera_to_world[1];  // 0 − x instead of −x, to avoid −0
     camera_to_world[2] = glm::dvec4(0) - camera_to_world[2];
     return camera_to_world;
 }
@@ -36,7 +36,8 @@ std::string_view asText(std::span<const std::uint8_t> bytes) {
 }
 
 nlohmann::json readCameraJson(const std::filesystem::path& path) {
-    // A parsed value takes up to ten times the memory of its text, so the values are counted first.
+    // Count the values before parsing, because a parsed value takes up to ten times the memory of
+    // its text.
     constexpr std::uint64_t kMostValues = 64 * kMostViews;
     const std::vector<std::uint8_t> bytes = readCameraBytes(path);
     const std::string_view text = asText(bytes);
@@ -74,8 +75,8 @@ glm::dmat4 rigidInverse(const glm::dmat4& matrix) {
 
 glm::dmat4 poseOfOpencv(const glm::dmat4& world_to_camera, const std::string& where) {
     glm::dmat4 turn = glm::dmat4(glm::dmat3(checkedPose(world_to_camera, where)));
-    // Make the rows orthonormal, not the columns: the rows are the camera's axes in world space,
-    // and the eye's position is computed from them.
+    // Make the rows orthonormal, not the columns, because the rows are the camera's axes in world
+    // space, and the eye's position is calculated from them.
     if (!(distanceFromRigid(turn) < kRigidByRounding))
         turn = glm::transpose(rigid(glm::transpose(turn)).value_or(turn));
     turn[3] = world_to_camera[3];
@@ -128,7 +129,8 @@ void checkDepthPlanes(const FileCamera& camera, const std::string& where) {
 std::string viewName(const std::string& picture) {
     const std::size_t slash = picture.find_last_of("/\\");
     std::string name = slash == std::string::npos ? picture : picture.substr(slash + 1);
-    // Picture names in NeRF's files have no extension, but may end in a dot and a number.
+    // Keep an ending that begins with a digit: picture names in NeRF's files have no extension, but
+    // may end in a dot and a number.
     const std::size_t dot = name.rfind('.');
     const auto isLetter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
     if (dot != std::string::npos && dot > 0 && dot + 1 < name.size() && isLetter(name[dot + 1]))

@@ -15,8 +15,8 @@
 namespace peeler {
 namespace {
 
-/// The formats in order of priority. A file is read by the first format that recognises it
-/// (`holds`), and written by the first format whose `written` accepts its name.
+/// The formats in order of priority. The first format whose `holds` accepts a file reads the file.
+/// The first format whose `written` accepts a name writes the file.
 constexpr const CameraFormat* kCameraFormats[] = {
     &kTransformsFormat, &kBopFormat, &kCameraLinesFormat, &kPoseArrayFormat, &kColmapFormat,
 };
@@ -33,10 +33,9 @@ std::string_view nameOf(CameraConvention convention) {
     return kConventions[static_cast<std::size_t>(convention)].name;
 }
 
-/// Throws Error (kUsage) if the options give a convention that contradicts the format's.
+/// Throws Error (kUsage) if the options give a convention that contradicts that of the format.
 void checkConvention(const CameraFormat& format, const CameraSource& source) {
     const auto asked = source.options.convention;
-    // Files of arrays define no convention, so the options may give any.
     if (!asked || asked == CameraConvention::kBlender || &format == &kPoseArrayFormat) return;
     if (asked == format.convention) return;
     const std::string own = format.convention
@@ -48,7 +47,7 @@ void checkConvention(const CameraFormat& format, const CameraSource& source) {
                 source.path.string(), "leave it out, or give blender for a world with +Z up");
 }
 
-/// Turns a camera and its objects from a world with +Z up to a world with +Y up.
+/// Rotates a camera and its objects from a world with +Z up to a world with +Y up.
 void turnWorld(FileCamera& camera) {
     const auto turn = [](glm::dmat4& to_world) {
         for (int column = 0; column < 4; ++column) {
@@ -61,8 +60,7 @@ void turnWorld(FileCamera& camera) {
         turn(object.to_world);
 }
 
-/// Throws Error (kInput) if the camera cannot become a view. Without this check, only rendering
-/// would fail.
+/// Throws Error (kInput) if the camera cannot become a view. Otherwise, rendering would fail later.
 void checkRenderable(const FileCamera& camera, const std::string& where) {
     if (!camera.intrinsics || camera.size.height == 0) return;
     View view;

@@ -28,11 +28,11 @@ struct PlacedObject {
     glm::dmat4 to_world{1};
 };
 
-/// One camera of a file. The caller chooses missing values.
+/// One camera of a file. The caller replaces missing values.
 struct FileCamera {
-    std::string name;     ///< name of its picture without folder and extension, else its index
-    std::string picture;  ///< file name of its picture as stored in the file; "" if there is none
-    /// In glTF's axes: the camera looks along −Z, with +Y up. Rigid to 1e-4 (distanceFromRigid()).
+    std::string name;     ///< name of the picture without folder and extension, else the index
+    std::string picture;  ///< file name of the picture as stored in the file; "" if there is none
+    /// In glTF's axes: the camera looks along −Z, with +Y up. distanceFromRigid() is below 1e-4.
     glm::dmat4 camera_to_world{1};
     std::optional<Intrinsics> intrinsics;
     std::optional<double> fov, ortho_height;  ///< used instead of intrinsics, as in CameraChoice
@@ -42,7 +42,7 @@ struct FileCamera {
     std::vector<PlacedObject> objects;
 };
 
-/// The axes of poses, for files whose format does not define them.
+/// The directions and axes of poses.
 enum class CameraConvention {
     kOpencv,   ///< world to camera; the camera looks along +Z, with +Y down
     kOpengl,   ///< camera to world; the camera looks along −Z, with +Y up
@@ -54,16 +54,14 @@ struct CameraConventionInfo {
 };
 /// Returns the names and summaries of the conventions, in the order of the enumeration.
 std::span<const CameraConventionInfo> cameraConventions();
-/// Returns the convention with this name. Throws Error (kUsage), with a list of the names, if the
-/// name is unknown.
 CameraConvention cameraConvention(const std::string& name);
 
 struct CameraFileOptions {
-    /// The convention of the file's poses. It is required for arrays of poses. Every other format
-    /// has its own convention, and accepts only that convention or kBlender. With kBlender, only
-    /// the file's world is turned; the camera axes stay as the format defines them.
+    /// The convention of the file's poses, required for arrays of poses. Every other format has its
+    /// own convention, and accepts only this convention or kBlender. kBlender then turns only the
+    /// file's world; the camera axes stay as the format defines them.
     std::optional<CameraConvention> convention{};
-    Size size{0, 0};  ///< size of the pictures, if the file does not define it
+    Size size{0, 0};  ///< size of the pictures if the file has none
 };
 
 /// Reads the views of a camera file, in the order of the file, or by picture number (BOP, COLMAP).
@@ -75,29 +73,29 @@ struct CameraFileOptions {
 /// Throws Error (kInput), with the place (JSON pointer, line, byte), if the file is missing, larger
 /// than kMostCameraBytes, damaged or has more than kMostViews views, or if it has numbers that are
 /// not finite, poses that are not rigid, skew or lens distortion. Throws Error (kUsage) if a
-/// required convention is missing, or if the given convention contradicts the format's.
+/// required convention is missing, or if the options' convention contradicts that of the format.
 std::vector<FileCamera> readCameras(const std::filesystem::path& path,
                                     const CameraFileOptions& options, ReadWarnings& warnings);
 
 /// Returns a view's camera as stored in files: pose, intrinsics and size of the crop, near and far.
 /// For an orthographic view, `ortho_height` is the height of the crop. cameraChoice() converts the
-/// returned camera to a view with the same rays. Storing and reading that view again gives an
-/// identical view, bit by bit.
+/// returned camera to a view with the same rays. Storing and reading the converted view again gives
+/// an identical view, bit by bit.
 FileCamera fileCamera(const View& view, std::string name);
 
 /// Returns the camera choice for a camera from a file: pose, intrinsics or field of view, near, far
-/// and size. Keeps the size of `choice` if the file gives none. Throws Error (kUsage) if the file
-/// gives intrinsics but no size.
+/// and size. Missing values stay as in `choice`. Throws Error (kUsage) if the file gives intrinsics
+/// but no size.
 CameraChoice cameraChoice(const FileCamera& camera, CameraChoice choice = {});
 
 /// A point of a scene, for COLMAP's points3D.
 struct ScenePoint {
-    glm::dvec3 position;  ///< position in world space
+    glm::dvec3 position;  ///< in world space
     std::array<std::uint8_t, 3> rgb{};
 };
 
 struct CameraOutputOptions {
-    std::span<const ScenePoint> points{};  ///< points of the scene, which only COLMAP stores
+    std::span<const ScenePoint> points{};  ///< stored only by COLMAP
     double depth_scale = 1;                ///< BOP: millimetres per unit of the depth pictures
 };
 
@@ -111,13 +109,13 @@ bool holdsScenePoints(const std::string& path);
 void checkCameraOutput(const std::string& path);
 
 /// Returns the files that are read or written for a path: all files of a COLMAP model; BOP's
-/// scene_camera with camera and scene_gt beside it; else the file itself.
+/// scene_camera with camera and scene_gt beside it; or the file itself.
 std::vector<std::filesystem::path> cameraFiles(const std::filesystem::path& path);
 
-/// Writes cameras in the format chosen by the path; publishes all files of the format, or none.
-/// Throws Error (kUsage) if checkCameraOutput() refuses the path, if there are no cameras, if a
-/// camera is orthographic or has no size, if the format cannot store a name, or, for BOP, if sizes
-/// differ. Throws Error (kOutput) if writing fails.
+/// Writes cameras in the format chosen by the path. Publishes either all files of the format, or
+/// none. Throws Error (kUsage) if checkCameraOutput() refuses the path, if there are no cameras, if
+/// a camera is orthographic or has no size, if the format cannot store a name, or if sizes differ
+/// in BOP. Throws Error (kOutput) if writing fails.
 void writeCameras(const std::string& path, std::span<const FileCamera> cameras,
                   const CameraOutputOptions& options = {});
 

@@ -20,7 +20,7 @@ struct CameraSource {
     CameraFileOptions options;
     ReadWarnings& warnings;
 
-    /// Returns the content of the file, which must be JSON. Parses it only once.
+    /// Returns the content of the file, which must be JSON. Parses the file on the first call only.
     const nlohmann::json& json() const;
 
   private:
@@ -29,20 +29,20 @@ struct CameraSource {
 
 /// A camera format. To add a format, add a source file in this folder and a row in the table.
 struct CameraFormat {
-    const char* name;  ///< name of the format in messages
-    /// The axes of the format's poses; nothing if its files do not define them.
+    const char* name;  ///< for messages
+    /// The convention of the format's poses; nothing if the files do not define it.
     std::optional<CameraConvention> convention;
     /// Whether the source has this format, judged by name or content.
     bool (*holds)(const CameraSource& source);
-    /// Reads the views. The poses may stay in the file's world. Names may stay empty; the caller
-    /// then uses the picture's name or the view's index.
+    /// Reads the views. Does not apply CameraConvention::kBlender to poses. Names may stay empty;
+    /// the caller then uses the picture's name or the view's index.
     std::vector<FileCamera> (*read)(const CameraSource& source);
     // The members below are null for formats without a writer.
     /// Whether the path chooses this format for writing.
     bool (*written)(const std::filesystem::path& path);
     /// Returns all files that are read or written for this path.
     std::vector<std::filesystem::path> (*files)(const std::filesystem::path& path);
-    /// Returns the contents of files(), in the same order; the last ones may be missing.
+    /// Returns the contents of files(), in the same order. Contents may be missing at the end.
     std::vector<std::string> (*write)(const std::filesystem::path& path,
                                       std::span<const FileCamera> cameras,
                                       const CameraOutputOptions& options);
@@ -53,15 +53,13 @@ extern const CameraFormat kTransformsFormat, kBopFormat, kColmapFormat, kPoseArr
 
 // Defined in camera_checks.cpp.
 
-/// Throws Error (kInput) with these texts.
 [[noreturn]] void refuseCamera(const Text& what, const Text& where, const Text& hint = {});
 
 /// Returns the bytes of a camera file. Throws Error (kInput).
 std::vector<std::uint8_t> readCameraBytes(const std::filesystem::path& path);
-/// Returns bytes as text.
 std::string_view asText(std::span<const std::uint8_t> bytes);
-/// Returns the content of a JSON camera file. Throws Error (kInput) if it has more values than
-/// kMostViews views need.
+/// Returns the content of a JSON camera file. Throws Error (kInput) if the file has more values
+/// than kMostViews views need.
 nlohmann::json readCameraJson(const std::filesystem::path& path);
 
 /// Throws Error (kInput) unless there are 1 to kMostViews views.
@@ -77,19 +75,19 @@ glm::dmat4 opencvOfPose(const glm::dmat4& camera_to_world);
 /// Returns the inverse of a rigid matrix.
 glm::dmat4 rigidInverse(const glm::dmat4& matrix);
 
-/// Returns the intrinsics. Throws Error (kInput) unless focal lengths are above 0 and all values
-/// finite.
+/// Returns the intrinsics. Throws Error (kInput) unless all values are finite and the focal lengths
+/// above 0.
 Intrinsics checkedIntrinsics(const Intrinsics& intrinsics, const std::string& where);
-/// Returns the intrinsics in a matrix K (row-major, with peeler's pixel coordinates).
+/// Returns the intrinsics in a matrix K (row-major, in peeler's pixel coordinates). Throws Error
+/// (kInput) if K has a skew or is not a matrix of intrinsics.
 Intrinsics intrinsicsOfK(std::span<const double, 9> k, const std::string& where);
-/// Returns a picture's size. Throws Error (kInput) unless both sides are integers, from 1 to the
-/// limits.
+/// Returns a picture's size. Throws Error (kInput) unless width and height are integers from 1 to
+/// the limits.
 Size checkedSize(double width, double height, const std::string& where);
 
-/// Throws Error (kInput) unless the near plane lies before the far plane.
+/// Throws Error (kInput) unless the near plane lies in front of the eye and before the far plane.
 void checkDepthPlanes(const FileCamera& camera, const std::string& where);
 
-/// The hint of errors about lens distortion.
 inline constexpr const char* kUndistort = "undistort the pictures first";
 
 /// Returns the name of a picture's view: the picture's file name without folder and extension.
@@ -98,7 +96,7 @@ std::string viewName(const std::string& picture);
 /// An object in a JSON camera file, with its place in the file: "file.json, /frames/3".
 class CameraObject {
   public:
-    /// `value` must outlive this object. Throws Error (kInput) if it is not a JSON object.
+    /// `value` must outlive this object. Throws Error (kInput) if `value` is not a JSON object.
     CameraObject(const nlohmann::json& value, std::string file, std::string pointer);
 
     const nlohmann::json& value() const { return value_; }
@@ -110,7 +108,8 @@ class CameraObject {
     /// Returns the member, or a null pointer if it is missing or JSON null.
     const nlohmann::json* find(const char* key) const;
     bool has(const char* key) const { return find(key) != nullptr; }
-    /// Returns a finite number, if present. Throws Error (kInput) if the member is anything else.
+    /// Returns a finite number, or nothing if the member is missing. Throws Error (kInput) if the
+    /// member is anything else.
     std::optional<double> number(const char* key) const;
     /// Returns the member's `count` finite numbers, if present.
     std::optional<std::vector<double>> numbers(const char* key, std::size_t count) const;
@@ -136,21 +135,21 @@ class CameraObject {
     std::string file_, pointer_;
 };
 
-/// Warns about each member whose key is not in `known`.
+/// Warns about each member of `object` whose key is not in `known`.
 void warnOfOthers(const CameraObject& object, std::span<const std::string_view> known,
                   ReadWarnings& warnings);
 
-/// Returns an affine matrix from its rows, 12 or 16 numbers. Throws Error (kInput) if one is not
-/// finite, or if the fourth row is not 0, 0, 0, 1.
+/// Returns an affine matrix from its rows, 12 or 16 numbers. Throws Error (kInput) if a number is
+/// not finite, or if the fourth row is not 0, 0, 0, 1.
 glm::dmat4 matrixOfRows(std::span<const double> numbers, const std::string& where);
 
 // Defined in camera_writing.cpp.
 
-/// Returns the shortest text that reads back as the same number, including the sign of 0.
+/// Returns the shortest text that reads back as the same number; keeps the sign of 0.
 std::string cameraNumber(double number);
 /// Returns the texts of numbers, joined by `separator`.
 std::string cameraNumbers(std::span<const double> numbers, const char* separator = ", ");
-/// Returns a text as a JSON string; invalid UTF-8 is replaced.
+/// Returns a text as a JSON string, with invalid UTF-8 replaced.
 std::string jsonText(const std::string& text);
 /// Returns the elements of a matrix's upper left block of this size, row by row.
 std::vector<double> rowsOf(const glm::dmat4& matrix, int rows, int columns = 4);

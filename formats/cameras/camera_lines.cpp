@@ -39,8 +39,7 @@ void checkKeys(const CameraObject& line) {
                          "far, and cameraToWorld, worldToCamera or eye, target, up");
 }
 
-/// Returns the number of these keys that are present, 0 or 1. Throws Error (kInput) if there are
-/// more.
+/// Returns the number of keys that are present, 0 or 1. Throws Error (kInput) if it is above 1.
 int oneOf(const CameraObject& line, std::initializer_list<const char*> keys) {
     std::string found;
     int count = 0;
@@ -85,7 +84,7 @@ glm::dmat4 placeIn(const CameraObject& line, bool z_up) {
     const auto up = vector(line, "up");
     const glm::dvec3 upwards = z_up ? glm::dvec3(0, 0, 1) : glm::dvec3(0, 1, 0);
     auto place = lookAlong(eye, target - eye, up.value_or(upwards));
-    // When the camera looks straight down or up, north is up, as for CameraChoice.
+    // If the camera looks straight down or up, north is up, as for CameraChoice.
     if (!place && !up)
         place = lookAlong(eye, target - eye, z_up ? glm::dvec3(0, 1, 0) : glm::dvec3(0, 0, -1));
     if (!place)
@@ -127,7 +126,7 @@ FileCamera cameraOf(const CameraObject& line, const CameraFileOptions& options) 
     return camera;
 }
 
-/// Calls take(line, number) for every line that is not blank; line numbers count from 1.
+/// Calls take(line, number) for every line that is not blank. The first line has the number 1.
 template <class Take>
 void forLines(std::string_view text, const Take& take) {
     for (std::uint64_t number = 1; !text.empty(); ++number) {

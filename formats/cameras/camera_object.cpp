@@ -13,7 +13,7 @@ std::string placeIn(const std::string& file, const std::string& pointer) {
     return pointer.empty() ? file : file + ", " + pointer;
 }
 
-/// Returns a finite number. (The JSON parser rejects literals that are too large.)
+/// Returns the number. Throws Error (kInput) if `value` is not a finite number.
 double finiteNumber(const nlohmann::json& value, const std::string& where) {
     if (!value.is_number()) refuseCamera("expected a number, not " + shownJson(value), where);
     const auto number = value.get<double>();
@@ -57,7 +57,7 @@ std::vector<double> CameraObject::list(const nlohmann::json& value, const std::s
     numbers.reserve(count);
     for (std::size_t i = 0; i < count; ++i) {
         numbers.push_back(value[i].is_number() ? value[i].get<double>() : NAN);
-        // Building the place costs more than reading the number, so it is built only on failure.
+        // Build the place only on failure, because this takes longer than reading the number.
         if (!std::isfinite(numbers.back()))
             finiteNumber(value[i], placeIn(file_, childPointer(pointer, i)));
     }

@@ -31,8 +31,8 @@ class ColmapBytes {
             number = take<double>();
         return numbers;
     }
-    /// Reads the number of records. Throws Error (kInput) if the rest of the file cannot hold this
-    /// many records of at least `least` bytes.
+    /// Reads the number of records. Throws Error (kInput) if the rest of the file is smaller than
+    /// this number of records of at least `least` bytes.
     std::uint64_t takeCount(std::uint64_t least) {
         const std::string place = where();
         const auto count = take<std::uint64_t>();
@@ -42,7 +42,6 @@ class ColmapBytes {
                          place, "copy or export the file again");
         return count;
     }
-    /// Reads a zero-terminated string.
     std::string takeText() {
         const auto rest = bytes_.subspan(at_);
         const auto end = std::ranges::find(rest, 0);
@@ -52,7 +51,6 @@ class ColmapBytes {
         return text;
     }
     void skip(std::uint64_t count) { part(count); }
-    /// Throws Error (kInput) if data follows.
     void end() const {
         if (at_ != bytes_.size()) refuseCamera("data follows the last number", where());
     }
@@ -76,7 +74,7 @@ class ColmapBytes {
 std::map<std::uint32_t, ColmapCamera> readCamerasFile(const std::filesystem::path& path) {
     const std::vector<std::uint8_t> bytes = readCameraBytes(path);
     ColmapBytes file(bytes, path.string());
-    // Minimum bytes per camera: id, model, width, height.
+    // Minimum bytes per camera: id, model, width and height.
     constexpr std::uint64_t kLeastCamera = 24;
     const std::uint64_t count = file.takeCount(kLeastCamera);
     checkViewCount(count, path.string());
@@ -103,7 +101,7 @@ std::map<std::uint32_t, ColmapCamera> readCamerasFile(const std::filesystem::pat
 std::vector<ColmapImage> readImagesFile(const std::filesystem::path& path) {
     const std::vector<std::uint8_t> bytes = readCameraBytes(path);
     ColmapBytes file(bytes, path.string());
-    // In bytes: id, pose, camera, terminating zero of the name, number of points.
+    // Minimum bytes per image: id, pose, camera, terminating zero of the name, number of points.
     constexpr std::uint64_t kLeastImage = 73;
     constexpr std::uint64_t kPoint = 24;  // bytes per point: x, y, point id
     const std::uint64_t count = file.takeCount(kLeastImage);
@@ -121,7 +119,6 @@ std::vector<ColmapImage> readImagesFile(const std::filesystem::path& path) {
     return images;
 }
 
-/// A builder of a binary file's content, number by number.
 class BinaryText {
   public:
     template <class T>

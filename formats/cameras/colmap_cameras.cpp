@@ -59,8 +59,8 @@ bool isColmap(const CameraSource& source) {
     return isFolder(source.path) || isModelFile(source.path);
 }
 
-/// Returns the model at a path. In a folder with both kinds of files, prefers the binary ones, as
-/// COLMAP does.
+/// Returns the model at a path. If a folder has binary files and text files, returns the binary
+/// files, as COLMAP does.
 ModelFiles modelAt(const std::filesystem::path& path) {
     if (!isFolder(path)) return {path.parent_path(), path.extension().string()};
     for (const char* extension : {".bin", ".txt"}) {
@@ -122,8 +122,8 @@ ColmapModel modelOf(std::span<const FileCamera> cameras) {
         image.camera = id;
         image.name = camera.picture.empty() ? camera.name : camera.picture;
         image.camera_to_world = camera.camera_to_world;
-        // In a text model, the name is the rest of the line, but older readers end it at the first
-        // space.
+        // In a text model, the name is the rest of the line, but older readers end the name at the
+        // first space.
         const auto ends = [](char c) { return static_cast<unsigned char>(c) <= ' '; };
         if (image.name.empty() || std::ranges::any_of(image.name, ends))
             throw Error(ErrorKind::kUsage, "a COLMAP name must not be empty or contain a space",
@@ -192,7 +192,7 @@ ColmapCamera colmapCamera(const ColmapLens& lens, double width, double height,
 
 glm::dmat4 colmapPose(std::span<const double, 7> numbers, const std::string& where) {
     const glm::dquat turn(numbers[0], numbers[1], numbers[2], numbers[3]);
-    const double length = glm::length(turn);  // any length, since COLMAP normalises it
+    const double length = glm::length(turn);  // need not be 1: COLMAP normalises it
     if (!(length > 0 && std::isfinite(length)))
         refuseCamera("the quaternion is 0 or not finite", where);
     glm::dmat4 world_to_camera(glm::mat3_cast(turn / length));

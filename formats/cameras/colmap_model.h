@@ -18,9 +18,9 @@ struct ColmapLens {
     int id;
     std::string_view name;
     int parameters;
-    /// The number of focal lengths, which are the first parameters. The next two are the principal
-    /// point, measured from the corner of the upper left pixel. All others must be 0. A model with
-    /// focal_lengths = 0 is never a pinhole.
+    /// The number of focal lengths, which are the first parameters. The next two parameters are the
+    /// principal point, measured from the corner of the upper left pixel. All further parameters
+    /// must be 0. With focal_lengths = 0, the model is not a pinhole.
     int focal_lengths;
 };
 
@@ -29,23 +29,23 @@ const ColmapLens* colmapLens(int id);
 const ColmapLens* colmapLens(std::string_view name);
 
 struct ColmapCamera {
-    Intrinsics intrinsics;  ///< in peeler's convention
+    Intrinsics intrinsics;  ///< in peeler's pixel coordinates
     Size size;
 };
 struct ColmapImage {
     std::uint32_t id = 0, camera = 0;
     std::string name;
-    glm::dmat4 camera_to_world{1};  ///< in peeler's convention
+    glm::dmat4 camera_to_world{1};  ///< in glTF's axes
 };
 struct ColmapModel {
     std::map<std::uint32_t, ColmapCamera> cameras;
-    std::vector<ColmapImage> images;  ///< pictures, ordered by id
+    std::vector<ColmapImage> images;  ///< sorted by id
 };
 
 // Defined in colmap_cameras.cpp.
 
-/// Returns the camera with these parameters. Throws Error (kInput) if the camera has lens
-/// distortion.
+/// Returns the camera with these parameters. Throws Error (kInput) if the camera is not a pinhole
+/// or has lens distortion.
 ColmapCamera colmapCamera(const ColmapLens& lens, double width, double height,
                           std::span<const double> parameters, const std::string& where);
 /// Returns the pose (camera to world) for an image's qw, qx, qy, qz, tx, ty, tz (world to camera).
@@ -54,9 +54,9 @@ glm::dmat4 colmapPose(std::span<const double, 7> numbers, const std::string& whe
 /// Returns COLMAP's seven pose numbers for a camera-to-world matrix.
 std::array<double, 7> colmapNumbers(const glm::dmat4& camera_to_world);
 
-// Defined in colmap_text.cpp and colmap_binary.cpp. These read the files in `folder`.
+// Defined in colmap_text.cpp and colmap_binary.cpp. The readers read the files in `folder` and
+// throw Error (kInput).
 
-/// Throw Error (kInput).
 ColmapModel readColmapText(const std::filesystem::path& folder);
 ColmapModel readColmapBinary(const std::filesystem::path& folder);
 

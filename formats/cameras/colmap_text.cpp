@@ -11,12 +11,11 @@ namespace {
 
 constexpr std::string_view kBlanks = " \t\r";
 
-/// A reader of the lines of a text, and of the words in each line.
+/// A reader of lines and their words.
 class TextLines {
   public:
     TextLines(std::string_view text, std::string file) : text_(text), file_(std::move(file)) {}
 
-    /// Reads the next line; returns false at the end.
     bool next() {
         if (text_.empty()) return false;
         const std::size_t end = std::min(text_.find('\n'), text_.size());
@@ -98,8 +97,8 @@ std::map<std::uint32_t, ColmapCamera> readCameraLines(const std::filesystem::pat
     return cameras;
 }
 
-/// Skips the line of points after an image. The line may be empty. Throws Error (kInput) if the
-/// line holds anything else, because a file without these lines has the next image there.
+/// Skips the line of points after an image, which may be empty. Throws Error (kInput) if the line
+/// does not hold points, because a file without these lines has the next image there.
 void passPoints(TextLines& lines) {
     if (!lines.next()) return;
     while (lines.hasMore()) {

@@ -17,7 +17,7 @@ enum class PoseDirection { kUnknown, kToCamera, kToWorld };
 struct PoseArray {
     const char* name;
     PoseDirection direction;
-    /// The convention that this name implies; an explicit convention overrides it.
+    /// The convention that the name implies; an explicit convention overrides it.
     std::optional<CameraConvention> convention;
 };
 constexpr PoseArray kPoseArrays[] = {
@@ -29,10 +29,10 @@ constexpr PoseArray kPoseArrays[] = {
     {"c2w", PoseDirection::kToWorld, {}},
 };
 
-/// An array with one item per view, or with a single item for all views.
+/// An array with one item per view, or with a single item that all views share.
 class ThingArray {
   public:
-    /// `lengths` is the shape that every item must have.
+    /// `lengths` is the shape of an item.
     ThingArray(NumberArray array, std::string where, const std::vector<std::uint64_t>& lengths,
                const std::string& expected)
         : array_(std::move(array)), where_(std::move(where)) {
@@ -41,7 +41,7 @@ class ThingArray {
         const std::size_t first = is_one_ ? 0 : 1;
         bool fits = shape.size() == lengths.size() + first;
         for (std::size_t i = 0; fits && i < lengths.size(); ++i) {
-            // An item of three rows of four numbers may have a fourth row.
+            // A matrix of three rows of four numbers may have a fourth row.
             const bool is_rows = lengths == std::vector<std::uint64_t>{3, 4} && i == 0;
             fits = shape[i + first] == lengths[i] || (is_rows && shape[first] == 4);
         }
@@ -54,7 +54,7 @@ class ThingArray {
 
     bool isOne() const { return is_one_; }
     std::uint64_t count() const { return count_; }
-    /// Returns the item of a view: its numbers, in C order.
+    /// Returns the numbers of a view's item, in C order.
     std::vector<double> operator[](std::uint64_t index) const {
         std::vector<double> numbers;
         for (std::uint64_t i = 0; i < size_; ++i)
@@ -64,7 +64,7 @@ class ThingArray {
     std::string where(std::uint64_t index) const {
         return is_one_ ? where_ : where_ + "[" + std::to_string(index) + "]";
     }
-    /// Throws Error (kInput) unless there is a single item, or one per view.
+    /// Throws Error (kInput) unless the array has a single item, or one per view.
     void checkCount(std::uint64_t views) const {
         if (!is_one_ && count_ != views)
             refuseCamera("the array has " + std::to_string(count_) + " entries, but there are " +
@@ -79,7 +79,7 @@ class ThingArray {
     std::uint64_t size_ = 0, count_ = 0;
 };
 
-/// Returns the camera-to-world matrix in glTF's axes for a file's matrix.
+/// Returns the camera-to-world matrix in glTF's axes for a matrix from a file.
 glm::dmat4 poseOf(const glm::dmat4& matrix, PoseDirection direction, CameraConvention convention,
                   const std::string& where) {
     const bool is_opencv = convention == CameraConvention::kOpencv;
@@ -125,7 +125,8 @@ class ArchivedThings {
         const NpzArchive::Member* const member = archive.find(name);
         if (!member) return;
         where_ = archive.placeOf(*member);
-        // Highly compressed data may exceed the size limit of camera files after decompression.
+        // Check the decompressed size, too, because the size limit of camera files does not cover
+        // it.
         if (member->size > kMostCameraBytes) refuseCamera("the array is too large", where_);
         array_ = npyArray(archive.contents(*member, storage_), where_);
         if (!array_) refuseCamera("expected an array of numbers", where_);

@@ -19,14 +19,13 @@
 namespace peeler {
 namespace {
 
-constexpr const char* kNearKey = "peeler_near";  // peeler's own key, which other programs ignore
+constexpr const char* kNearKey = "peeler_near";  // peeler's own key; other programs ignore it
 constexpr const char* kFarKey = "peeler_far";
-// The key is written only if the view's name is not the picture's file name without folder and
-// extension.
+// Written only if the view's name is not the picture's file name without folder and extension.
 constexpr const char* kNameKey = "peeler_name";
 
-/// Keys that are read, and keys that are ignored without a warning because they do not affect the
-/// view (some affect training, for instance).
+/// Keys that need no warning, because they are read or do not affect the view (some affect
+/// training, for instance).
 constexpr std::string_view kKnownKeys[] = {
     "frames", "file_path", "transform_matrix", "w", "h", "fl_x", "fl_y", "cx", "cy",
     "camera_angle_x", "camera_angle_y", "x_fov", "y_fov", "camera_model", "k1", "k2", "k3", "k4",
@@ -43,8 +42,8 @@ constexpr std::string_view kKnownKeys[] = {
     "fisheye_crop_radius", "orientation_override", "center_method_override",
     "auto_scale_poses_override"};
 
-/// An unsupported key that affects the view, and its warning. The value `neutral` has no effect. If
-/// the value, or every number of a list, is neutral, there is no warning.
+/// An unsupported key that affects the view, and the warning about it. The warning is left out if
+/// the value, or every number of a list, is `neutral`, which has no effect.
 struct PassedOver {
     const char* key;
     double neutral;
@@ -79,7 +78,7 @@ void warnOfPassedOver(const CameraObject& holder, ReadWarnings& warnings) {
     warnOfOthers(holder, known, warnings);
 }
 
-/// The members of a frame. The file's members are the defaults of missing members.
+/// The members of a frame. For members missing in the frame, the members of the whole file apply.
 class FrameMembers {
   public:
     FrameMembers(const CameraObject& frame, const CameraObject& all) : frame_(frame), all_(all) {}
@@ -125,8 +124,8 @@ void checkLens(const CameraObject& holder) {
                          holder.where(key), "give fl_x, fl_y, cx, cy, w and h, without a skew");
 }
 
-/// Returns the focal length, in pixels, along an axis ("x" or "y") on which the picture has
-/// `pixels` pixels.
+/// Returns the focal length, in pixels, along an axis ("x" or "y"). `pixels` is the picture's size
+/// along this axis.
 std::optional<double> focalLength(const FrameMembers& members, const std::string& axis,
                                   int pixels) {
     if (const auto length = members.number(("fl_" + axis).c_str())) return length;
@@ -157,7 +156,7 @@ void readLens(const FrameMembers& members, const CameraObject& frame, const Size
     auto fx = focalLength(members, "x", w);
     auto fy = focalLength(members, "y", h);
     if (!fx && !fy) refuseCamera("\"fl_x\" and \"camera_angle_x\" are both missing", frame.where());
-    if (!fx) fx = fy;  // pixels are square unless both are given
+    if (!fx) fx = fy;  // square pixels unless both are given
     if (!fy) fy = fx;
     const auto centre = [&](const char* key, int pixels) {
         const auto corner = members.number(key);

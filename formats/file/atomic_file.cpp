@@ -62,7 +62,6 @@ std::string text(int error) {
     return std::generic_category().message(error);
 }
 
-/// Returns the folder of a file's path; "." if it has none.
 std::string folderOf(const std::string& path) {
     const std::string folder = fs::path(path).parent_path().string();
     return folder.empty() ? "." : folder;
@@ -70,8 +69,8 @@ std::string folderOf(const std::string& path) {
 
 std::atomic<std::uint64_t> bytes_on_standard_output{0};
 
-/// Locks a new file until it is closed, however the process ends. Returns false if another process
-/// has already locked or removed it.
+/// Locks a new file until it is closed or the process ends. Returns false if another process has
+/// already locked or removed the file.
 bool lockIsMine(int descriptor) {
     if (!lockHidden(descriptor)) return false;
     struct stat status {};
@@ -81,7 +80,7 @@ bool lockIsMine(int descriptor) {
 }  // namespace
 
 std::filesystem::path withLinksFollowed(std::filesystem::path path) {
-    constexpr int kMostLinks = 40;  // the limit of Linux
+    constexpr int kMostLinks = 40;
     std::error_code failure;
     for (int i = 0; i < kMostLinks && fs::is_symlink(fs::symlink_status(path, failure)); ++i) {
         const fs::path target = fs::read_symlink(path, failure);
@@ -111,13 +110,11 @@ AtomicFile::AtomicFile(std::string path) : path_(std::move(path)), destination_(
                     "name a file inside the folder");
     }
     if (fs::exists(status) && !fs::is_regular_file(status)) {
-        // If the path names a device or a pipe, renaming a file to that path would replace the
-        // device or pipe.
+        // Renaming would replace the device or pipe.
         throw Error(ErrorKind::kOutput, "cannot write: it is not a regular file", path_,
                     "name a regular file; the output is renamed into place");
     }
-    // If the target of a link cannot be examined, the new file would replace the link instead of
-    // the target.
+    // The target of a symbolic link cannot be examined, so the rename would replace the link.
     if (status.type() == fs::file_type::none)
         fail("cannot write: " + text(error.value()), error.value());
 
@@ -126,8 +123,8 @@ AtomicFile::AtomicFile(std::string path) : path_(std::move(path)), destination_(
     fs::create_directories(folder, unmade);
     if (unmade && !fs::is_directory(folder, error))
         fail("cannot make the folder: " + unmade.message(), unmade.value());
-    // The final name may be longer than the hidden name. Check its length now; otherwise, only the
-    // rename would report it.
+    // Check the length of the final name here, because it may be longer than the hidden name.
+    // Otherwise, only the rename would fail.
     const long most = pathconf(folder.c_str(), _PC_NAME_MAX);
     if (most > 0 &&
         fs::path(destination_).filename().string().size() > static_cast<std::size_t>(most))
@@ -143,7 +140,7 @@ AtomicFile::AtomicFile(std::string path) : path_(std::move(path)), destination_(
         slot_ = noteTemporary(temporary_path_);
         descriptor_ =
             openFile(temporary_path_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-        // Another process that removes leftovers may have removed the file before it was locked.
+        // removeLeftovers() of another process may have removed the file before it was locked.
         if (descriptor_ >= 0 && lockIsMine(descriptor_)) return;
         const int cause = descriptor_ >= 0 ? EEXIST : errno;
         if (descriptor_ >= 0) {
@@ -213,9 +210,9 @@ void AtomicFile::syncAll(std::span<AtomicFile* const> files) {
         file->flush();
         if (!file->in_scratch_) sync_file_range(file->descriptor_, 0, 0, SYNC_FILE_RANGE_WRITE);
     }
-    // fsync() spends most of its time on syncing the file system, whether one file has changed or
-    // many. So sync each file system once, then query each file for write errors. If either step
-    // fails, fsync() decides whether the file is on disk.
+    // fsync() spends most of its time on syncing the file system, equally long for one changed file
+    // and for many. So sync each file system once, then query each file for write errors. If either
+    // step fails, fsync() decides whether the file is on disk.
     constexpr unsigned kWritten =
         SYNC_FILE_RANGE_WAIT_BEFORE | SYNC_FILE_RANGE_WRITE | SYNC_FILE_RANGE_WAIT_AFTER;
     std::map<dev_t, bool> file_systems;  // whether syncfs() succeeded on each file system
@@ -241,8 +238,8 @@ void AtomicFile::commit() {
 void AtomicFile::publish() {
     if (isStandardOutput(path_)) return copyToStandardOutput();
     // Network file systems report an exceeded quota only when a descriptor is closed. Close a
-    // duplicate, because closing the last descriptor would release the lock, and other processes
-    // would take the file for a leftover.
+    // duplicate descriptor to get this error. Closing the last descriptor would release the lock,
+    // and another process would take the file for a leftover.
     if (const int other = dup(descriptor_); other >= 0 && close(other) != 0)
         fail("cannot write: " + text(errno), errno);
     if (std::rename(temporary_path_.c_str(), destination_.c_str()) != 0) {
@@ -257,11 +254,11 @@ void AtomicFile::publish() {
 void AtomicFile::syncFolder() const {
     if (in_scratch_ || isStandardOutput(path_)) return;
     const int folder = openFile(folderOf(destination_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (folder < 0) return;  // an unreadable folder may be writable, but cannot be synced
+    if (folder < 0) return;  // an unreadable folder cannot be synced
     const int result = fsync(folder);
     const int cause = errno;
     close(folder);
-    // Some file systems cannot sync folders. That is no error, because the file itself is on disk.
+    // Not an error on file systems that cannot sync folders: the file itself is on disk.
     const bool unable = cause == EINVAL || cause == ENOTSUP || cause == ENOSYS;
     if (result != 0 && !unable) fail("cannot sync the folder: " + text(cause), cause);
 }
@@ -275,15 +272,14 @@ void AtomicFile::writeOut(std::uint64_t offset, std::span<const std::byte> bytes
             pwrite(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
         if (n < 0 && errno == EINTR) continue;
         if (n < 0) fail("cannot write: " + text(errno), errno);
-        // A short write is not yet an error: the next write reports the cause, mostly lack of
-        // space.
+        // After a short write, the next write reports the cause, mostly lack of space.
         offset += static_cast<std::uint64_t>(n);
         transferable_ += static_cast<std::uint64_t>(n);
         bytes = bytes.subspan(static_cast<std::size_t>(n));
     }
     if (transferable_ < kTransferBytes || in_scratch_) return;
-    // Start the transfer to disk now, so that sync() has less to wait for. A failure is harmless,
-    // because sync() then transfers everything.
+    // Start the transfer to disk now, to shorten sync(). Ignore a failure, because sync() then
+    // transfers everything.
     sync_file_range(descriptor_, 0, 0, SYNC_FILE_RANGE_WRITE);
     transferable_ = 0;
 }
@@ -327,7 +323,7 @@ void commitAll(std::span<AtomicFile* const> files) {
     if (files.size() == 1) return files.front()->commit();
     AtomicFile::syncAll(files);
     // The first file refers to the others, so it is renamed last.
-    std::size_t renamed = files.size();  // the files from this index on have been renamed
+    std::size_t renamed = files.size();  // files [renamed, size) have been renamed
     try {
         for (; renamed > 0; --renamed)
             files[renamed - 1]->publish();

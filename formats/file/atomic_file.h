@@ -14,11 +14,10 @@ namespace peeler {
 
 /// An output file that is first written to a new hidden file in the destination folder
 /// (".out.exr.peeler-<host>-<pid>-<n>.tmp"). commit() syncs the hidden file and renames it. If the
-/// object is destroyed before commit(), it leaves nothing behind. A process killed outright
-/// (SIGKILL) leaves the hidden file, but never a partial file under the final name; the first
-/// AtomicFile of another process in that folder removes the hidden file. While in use, a hidden
-/// file is locked (flock), so that processes with the same id on other machines do not take it for
-/// a leftover.
+/// object is destroyed before commit(), no file remains. If the process is killed (SIGKILL), the
+/// hidden file remains, but never a partial file under the final name; the first AtomicFile of
+/// another process in that folder removes the hidden file. Hidden files in use are locked (flock),
+/// so that a process with the same id on another machine does not take them for leftovers.
 ///
 /// The new file's mode is 0666 less the umask. A symbolic link at `path` is followed, not replaced,
 /// even if its target does not exist yet. Missing folders are created. If isStandardOutput(path),
@@ -42,7 +41,7 @@ class AtomicFile {
     /// Reads bytes that have been written. Returns the number read, which is less than requested
     /// only at the end of the file.
     std::size_t readAt(std::uint64_t offset, std::span<std::byte> bytes);
-    /// Writes the buffer to the operating system, so that temporaryPath() can be opened and read.
+    /// Writes the buffer to the hidden file, so that other code can read temporaryPath().
     void flush();
     /// Flushes and fsyncs. Lack of space is reported here at the latest.
     void sync();
@@ -59,7 +58,7 @@ class AtomicFile {
 
   private:
     friend void commitAll(std::span<AtomicFile* const> files);
-    // The steps of commit(). syncAll() syncs several files together.
+    // The steps of commit(); syncAll() syncs several files.
     static void syncAll(std::span<AtomicFile* const> files);
     void publish();
     void syncFolder() const;
@@ -69,7 +68,7 @@ class AtomicFile {
     void discard() noexcept;
     [[noreturn]] void fail(const std::string& what, int error) const;
 
-    std::string path_;         ///< path as the caller gave it, for messages
+    std::string path_;         ///< as passed to the constructor, for messages
     std::string destination_;  ///< path_ with symbolic links followed
     std::string temporary_path_;
     int descriptor_ = -1;
@@ -80,21 +79,20 @@ class AtomicFile {
     std::uint64_t transferable_ = 0;  ///< bytes written since the last transfer to disk was started
 };
 
-/// Returns the target of `path` if it is a symbolic link, followed through any chain of links;
-/// otherwise `path`. The target need not exist.
+/// Returns the final target of `path` if it is a symbolic link, otherwise `path`. The target need
+/// not exist.
 std::filesystem::path withLinksFollowed(std::filesystem::path path);
 
 /// Whether a name means standard output: "-", or "-.EXT", where the extension chooses the format.
-/// "./-.EXT" is a file of that name.
+/// "./-.EXT" names a file instead.
 bool isStandardOutput(const std::string& path);
 
-/// Returns the total bytes written to standard output by AtomicFiles.
+/// Returns the total bytes that all AtomicFiles have written to standard output.
 std::uint64_t bytesOnStandardOutput();
 
-/// Commits files that belong together. Syncs all files before it renames any. If there are many, it
-/// syncs their file system once, which takes hardly longer than syncing one file. If a rename
-/// fails, removes the files already renamed, so that no partial set is left. Throws Error
-/// (kOutput).
+/// Commits files that belong together. Syncs all files before it renames any. For many files, syncs
+/// each file system once, which takes hardly longer than syncing one file. If a rename fails,
+/// removes the files already renamed, so that no partial set is left. Throws Error (kOutput).
 void commitAll(std::span<AtomicFile* const> files);
 void commitAll(std::span<const std::unique_ptr<AtomicFile>> files);
 

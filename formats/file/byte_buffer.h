@@ -11,7 +11,7 @@
 
 namespace peeler {
 
-/// An allocator that leaves elements uninitialised if no value is given for them.
+/// An allocator that leaves new elements without a value uninitialised.
 template <class T>
 struct UnsetAllocator : std::allocator<T> {
     UnsetAllocator() = default;

@@ -2,7 +2,7 @@
 // Hashes: XXH64 for contents, FNV-1a for texts, and the line that stores an output hash in files.
 #include "formats/file/content_hash.h"
 
-#define XXH_INLINE_ALL  // inlined, so that one algorithm does not need a library
+#define XXH_INLINE_ALL  // inlines XXH64, so that no library is linked
 #include <xxhash.h>
 
 #include <cstdio>

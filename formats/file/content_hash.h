@@ -19,7 +19,6 @@ class ContentHasher {
   public:
     ContentHasher();
     void add(std::span<const std::byte> bytes);
-    /// Returns the hash of the bytes added so far.
     std::uint64_t value() const;
 
   private:
@@ -28,7 +27,7 @@ class ContentHasher {
 
 /// Returns the 64-bit FNV-1a of the text, as 16 hexadecimal digits.
 std::string hashText(const std::string& text);
-/// Returns the value as 16 hexadecimal digits, lower case.
+/// Returns the value as 16 hexadecimal digits in lower case.
 std::string hexText(std::uint64_t value);
 
 /// Returns the text that stores an output hash (Provenance::output_hash) in flat images

@@ -20,15 +20,14 @@ namespace {
 constexpr std::size_t kLoneDigits = 4, kMostDigits = 16;
 constexpr char kFrameSign = '#', kViewSign = '@';
 
-/// A placeholder for a number in a name.
 struct Token {
     std::size_t begin = 0, end = 0;
     std::size_t digits = 0;        ///< minimum number of digits
     bool sign_takes_room = false;  ///< whether a minus sign counts as a digit, as in printf
 };
 
-/// Finds the first placeholder with this sign ('#' or '@') at or after `from`. For '#', also finds
-/// a placeholder in printf's form. Returns nothing if there is no placeholder.
+/// Returns the first placeholder with this sign ('#' or '@') at or after `from`, or nothing. For
+/// '#', a placeholder may also have printf's form.
 std::optional<Token> findToken(const std::string& name, std::size_t from, char sign) {
     for (std::size_t i = from; i < name.size(); ++i) {
         if (name[i] == sign) {
@@ -74,7 +73,7 @@ std::string numbered(const std::string& path, int number, char sign) {
     return result + name.substr(done);
 }
 
-/// Returns the numbers of all runs of digits in a name, up to 1,000,000,000.
+/// Returns the value of each run of digits in a name, if it is at most 1,000,000,000.
 std::vector<int> numbersIn(const std::string& name) {
     constexpr const char* kDecimalDigits = "0123456789";
     constexpr unsigned long kMost = 1'000'000'000;
@@ -139,7 +138,7 @@ std::string firstFramePath(const std::string& path, int frame) {
 
 namespace {
 
-/// Returns numbersThere() of a path whose '@' stand for views or, if not `views`, for themselves.
+/// Implements numbersThere(); unless `views`, '@' is an ordinary character.
 std::vector<FileNumbers> numbersThere(const std::string& path, bool views) {
     const bool frames = hasFrameToken(path);
     const auto nameOf = [&](int frame, int view) {
@@ -151,7 +150,7 @@ std::vector<FileNumbers> numbersThere(const std::string& path, bool views) {
     std::set<std::pair<int, int>> found;  // frame and view
     const std::filesystem::path parent = std::filesystem::path(path).parent_path();
     for (const std::string& name : namesIn(parent.empty() ? "." : parent)) {
-        // Any run of digits may be a number, so try each.
+        // Any run of digits may be the number, so try each.
         const std::vector<int> numbers = numbersIn(name), one{0};
         for (const int frame : frames ? numbers : one)
             for (const int view : views ? numbers : one)

@@ -46,8 +46,8 @@ class SpawnSettings {
 
     const posix_spawn_file_actions_t* actions() const { return &actions_; }
     const posix_spawnattr_t* attributes() const { return &attributes_; }
-    /// Returns the first error (errno) of the settings, or 0. A helper must not be started after an
-    /// error.
+    /// Returns the first error (errno) of the settings, or 0. After an error, no helper may be
+    /// started.
     int failure() const { return failure_; }
 
   private:
@@ -93,8 +93,8 @@ void waitFor(pid_t child, const HelperRun& run) {
     pid_t ended = 0;
     while ((ended = wait4(child, &status, 0, &used)) < 0 && errno == EINTR) {
     }
-    // If the host ignores SIGCHLD, or waits for all children, there is no exit status. Then only
-    // the helper's result shows whether it succeeded.
+    // wait4() fails if the host process ignores SIGCHLD or waits for all children. Then only the
+    // helper's result shows whether it succeeded.
     if (ended < 0) return;
     const std::uint64_t microseconds =
         microsecondsOf(used.ru_utime) + microsecondsOf(used.ru_stime);
@@ -124,7 +124,7 @@ void waitFor(pid_t child, const HelperRun& run) {
 }
 
 std::string takeText(SharedFile& result) {
-    // Maximum bytes of a text; no Error has a longer text.
+    // Maximum bytes of a text; no text of an Error is longer.
     constexpr std::uint64_t kMostOfMessage = 8192;
     const auto text = result.take<char>(kMostOfMessage);
     return {text.begin(), text.end()};
@@ -139,8 +139,7 @@ SharedFile runHelper(const HelperRun& run, const SharedFile& request) {
     result.seek(0);
     const auto state = result.takeOne<HelperState>();
     if (state == HelperState::kDone) return result;
-    // The helper may have sent any number as the kind, but a decoder only fails with kMemory or
-    // kInput.
+    // A decoder fails only with kMemory or kInput, but a compromised helper may send any number.
     const auto kind = state == HelperState::kFailed ? result.takeOne<ErrorKind>() : ErrorKind();
     if (kind != ErrorKind::kInput && kind != ErrorKind::kMemory)
         throw Error(ErrorKind::kInput, "the decoder ends without a result", "", run.hint);

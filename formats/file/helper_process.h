@@ -13,13 +13,13 @@
 namespace peeler {
 
 /// An unnamed in-memory file of consecutive arrays, for exchange between two processes. Each
-/// process has its own position in the file. Throws Error (kMemory) if there is no room, Error
+/// SharedFile has its own position in the file. Throws Error (kMemory) if memory runs out, Error
 /// (kInput) if a read does not match the content.
 class SharedFile {
   public:
-    /// Creates an empty file.
+    /// Creates an empty file. Throws Error (kInternal) if that fails.
     SharedFile();
-    /// Opens the file with this descriptor, at the position `place`.
+    /// Takes ownership of the descriptor. Starts at the position `place`.
     explicit SharedFile(int descriptor, std::uint64_t place = 0)
         : descriptor_(descriptor), place_(place) {}
     ~SharedFile();
@@ -80,20 +80,20 @@ enum class HelperState : std::uint32_t {
 struct HelperRun {
     std::filesystem::path program;
     int cpu_seconds = 10;
-    const char* hint = "";  ///< hint of the Errors that runHelper() throws
-    /// If set, runHelper() adds the helper's processor time, in microseconds, however the helper
-    /// ends.
+    const char* hint = "";
+    /// If set, runHelper() adds the helper's processor time, in microseconds, even if the helper
+    /// fails.
     std::atomic<std::uint64_t>* used = nullptr;
     const char* install = "";  ///< hint of the Error for a program that lacks a library
 };
 
 /// Runs the program, whose main is helperMain() (formats/modules/helper_main.h), and returns its
 /// result. The helper has only the request and the result open, and only LD_LIBRARY_PATH in its
-/// environment; nothing of this process's memory or threads is copied. Rethrows an Error (kInput or
+/// environment. It gets no copy of this process's memory or threads. Rethrows an Error (kInput or
 /// kMemory) that the helper reports, with the same kind, message and hint. Throws Error (kInput)
 /// with an empty `where` if the helper crashes, exceeds its limits or returns anything else. Throws
 /// Error (kInternal) if the helper cannot be started or lacks a library. Hostile data may control
-/// the helper, so the caller must check all values that it takes from the result. Thread-safe.
+/// the helper, so the caller must check all values of the result. Thread-safe.
 SharedFile runHelper(const HelperRun& run, const SharedFile& request);
 
 }  // namespace peeler

@@ -10,11 +10,11 @@
 namespace peeler {
 namespace {
 
-// The maximum nesting depth. It is limited because parsers and destructors of JSON values recurse.
-// The deepest values in practice are glTF extras.
+// The maximum nesting depth, because parsers and destructors of JSON values recurse. Among real
+// files, glTF extras are nested most deeply.
 constexpr int kMaxJsonDepth = 200;
 
-constexpr std::size_t kMostOfProblem = 300;  ///< maximum length of the parser's message, in bytes
+constexpr std::size_t kMostOfProblem = 300;  ///< maximum bytes of the parser's message
 
 template <class Json>
 Json parsed(std::string_view text, const std::string& where) {
@@ -24,7 +24,7 @@ Json parsed(std::string_view text, const std::string& where) {
         return Json::parse(text.begin(), text.end());
     } catch (const nlohmann::json::exception& problem) {
         // The message reads "[json.exception.parse_error.101] parse error at line 3, column 7: …;
-        // last read: '…'". The text last read may be the whole file.
+        // last read: '…'". The part after "last read" may be the whole file.
         std::string_view what = problem.what();
         if (const std::size_t end = what.find("] "); end != std::string_view::npos)
             what.remove_prefix(end + 2);
@@ -43,7 +43,7 @@ Json parsedOrNull(std::string_view text) {
     }
 }
 
-/// Returns a text in which each non-UTF-8 byte is replaced by \xNN.
+/// Returns the text with \xNN in place of each non-UTF-8 byte.
 std::string asUtf8(std::string_view text) {
     std::string result;
     for (std::size_t i = 0; i < text.size();) {
@@ -56,7 +56,7 @@ std::string asUtf8(std::string_view text) {
     return result;
 }
 
-/// Applies asUtf8() to all texts in a value.
+/// Applies asUtf8() to all texts and keys in a value.
 template <class Json>
 Json asUtf8(const Json& value) {
     if (value.is_string())

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Module locator: searches for modules relative to the running code, and opens them.
+// Module search relative to the running code, and loading.
 #include "formats/file/module.h"
 
 #include <dlfcn.h>
@@ -23,8 +23,8 @@ fs::path codeFolder() {
     Dl_info info{};
     void* extra = nullptr;
     if (dladdr1(reinterpret_cast<void*>(&codeFolder), &info, &extra, RTLD_DL_LINKMAP) != 0) {
-        // For the executable, dladdr1() gives the name by which the executable was called instead
-        // of its path.
+        // For the executable, `l_name` is empty, and `dli_fname` is the name by which it was
+        // called, not its path.
         const char* const library = static_cast<const link_map*>(extra)->l_name;
         if (library && *library != '\0') return fs::canonical(library, failure).parent_path();
     }
@@ -35,9 +35,8 @@ fs::path codeFolder() {
 
 fs::path moduleFile(const std::string& name) {
     const fs::path code = codeFolder();
-    // Candidates, in this order: the layout of build folders, unpacked archives and Python
-    // packages; the layout of an installed program; the layout of a library in the folder of its
-    // architecture.
+    // The first layout is that of build folders, unpacked archives and Python packages; the second,
+    // of an installed program; the third, of a library in the folder of its architecture.
     const std::array<fs::path, 3> folders = {code / PEELER_MODULES,
                                              code.parent_path() / PEELER_MODULES, code / "peeler"};
     for (const fs::path& folder : folders)

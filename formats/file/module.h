@@ -10,13 +10,13 @@
 namespace peeler {
 
 /// Returns the path of the file with this name in the module folder. The module folder is
-/// PEELER_MODULES ("lib/peeler") in the folder of the executable or shared library that holds this
-/// function, or in the parent of that folder; or "peeler" in the same folder. Throws Error
-/// (kInternal) listing the searched folders.
+/// PEELER_MODULES ("lib/peeler") in the folder of the running executable or shared library, or in
+/// that folder's parent, or else "peeler" in the same folder. Throws Error (kInternal), with a list
+/// of the searched folders, if none of them has the file.
 std::filesystem::path moduleFile(const std::string& name);
 
-/// Returns the function that the module exports under this name. Modules are never closed. Throws
-/// like moduleFile(). Thread-safe.
+/// Returns the function that the module exports under this name. Never closes modules. Throws Error
+/// (kInternal) if the module or the function is missing or cannot be loaded. Thread-safe.
 void* moduleFunction(const char* module, const char* function);
 
 }  // namespace peeler

@@ -9,8 +9,8 @@ namespace peeler {
 
 namespace {
 
-// The maximum number of warnings, and of bytes per sentence. Without these limits, a hostile file
-// could cause one warning per byte.
+// The maximum number of warnings, and the maximum bytes per sentence. Without limits, a hostile
+// file could cause a warning per byte.
 constexpr std::size_t kMost = 100, kMostOfSentence = 1000;
 
 }  // namespace

@@ -11,8 +11,8 @@
 namespace peeler {
 namespace {
 
-/// The number of bytes that may be allowed without a check of the resident memory, because each
-/// check takes time.
+/// The maximum number of bytes allowed between two checks of the resident memory. (Each check takes
+/// time.)
 constexpr std::uint64_t kUnseen = 1U << 20U;
 
 }  // namespace
@@ -26,7 +26,7 @@ ReadingMemory::ReadingMemory(MemoryBudget budget) : budget_(std::move(budget)) {
 
 void ReadingMemory::allow(std::uint64_t bytes, const std::string& where) {
     if (budget_ == 0 || (unseen_ += bytes) < kUnseen) return;
-    // Also reserve memory for the next kUnseen bytes, which may be allocated without a check.
+    // Reserve memory also for the next kUnseen bytes, which will not be checked.
     const std::uint64_t more = std::exchange(unseen_, 0) + kUnseen;
     checkReadingMemory(budget_, usedBytesWith(budget_, more), where);
 }

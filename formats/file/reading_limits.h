@@ -10,18 +10,18 @@
 
 namespace peeler {
 
-/// Throws Error (kMemory) with the place `where` if `needed` bytes, of the whole process, exceed
-/// the budget.
+/// Throws Error (kMemory) with the place `where` if `needed`, in bytes of the whole process,
+/// exceeds the budget.
 void checkReadingMemory(const MemoryBudget& budget, std::uint64_t needed, const std::string& where);
 
-/// A tracker of the memory used for reading, against a budget. Not thread-safe.
+/// The memory used for reading, checked against a budget. Not thread-safe.
 class ReadingMemory {
   public:
     explicit ReadingMemory(MemoryBudget budget);
 
     const MemoryBudget& budget() const { return budget_; }
-    /// Throws Error (kMemory) if an allocation of this size would exceed the budget. Must be called
-    /// before any allocation whose size a file can make large.
+    /// Throws Error (kMemory) if an allocation of this size would exceed the budget. Call it before
+    /// any allocation whose size depends on a file.
     void allow(std::uint64_t bytes, const std::string& where);
     /// Returns the rest of the budget, in bytes. Call it only if the budget is limited.
     std::uint64_t left() const;
@@ -31,10 +31,10 @@ class ReadingMemory {
     std::uint64_t unseen_ = 0;  ///< bytes allowed since the last check of the resident memory
 };
 
-/// A limit on the total bytes of one kind of data in a file, whatever memory is available.
+/// A limit on the total bytes of one kind of data in a file, independent of the memory budget.
 class SizeLimit {
   public:
-    /// `what` is the beginning of the message, for example "the geometry needs".
+    /// `what` begins the message, for example "the geometry needs".
     SizeLimit(const char* what, std::uint64_t most) : what_(what), most_(most) {}
 
     /// Throws Error (kInput) if `more` bytes would exceed the limit.

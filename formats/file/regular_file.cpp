@@ -17,7 +17,7 @@
 namespace peeler {
 namespace {
 
-/// Throws the Error for a path whose existence cannot be determined.
+/// Throws the Error of fileExists() and isTaken().
 [[noreturn]] void failToLook(const std::filesystem::path& path, int error, ErrorKind kind) {
     throw Error(kind, "cannot examine the path: " + std::string(std::strerror(error)),
                 path.string(),
@@ -26,14 +26,14 @@ namespace {
                                  : "check the disk");
 }
 
-/// Whether the error means that no file has this name. (A name that is too long has no file.)
+/// Whether the error means that no such file exists. (A file cannot have a name that is too long.)
 bool meansNothing(int error) {
     return error == ENOENT || error == ENOTDIR || error == ENAMETOOLONG;
 }
 
 using Look = int (*)(const char* path, struct stat* status);
 
-/// Whether a path exists; nothing if that is unknown, with the cause in errno.
+/// Whether a path exists. Returns nothing if that is unknown; errno then has the cause.
 std::optional<bool> look(const std::filesystem::path& path, Look how) {
     struct stat status {};
     int result = 0;
@@ -46,12 +46,12 @@ std::optional<bool> look(const std::filesystem::path& path, Look how) {
 
 constexpr char kNoPipes[] = "pipes and devices are not read; copy the data to a file";
 
-/// Opens for reading. With O_NONBLOCK, open() does not wait for the writer of a pipe; the caller
-/// closes anything but a regular file without reading it. For regular files, the flag matters only
+/// Opens for reading. O_NONBLOCK keeps open() from waiting for the writer of a pipe; the caller
+/// closes anything but a regular file without reading it. For a regular file, the flag matters only
 /// while another program holds a lease (fcntl(2), F_SETLEASE), which the kernel soon revokes.
 int openToRead(const std::filesystem::path& path) {
     constexpr int kHow = O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY;
-    // The waits take a minute, longer than the default of /proc/sys/fs/lease-break-time (45 s).
+    // The waits take a minute: longer than the default of /proc/sys/fs/lease-break-time (45 s).
     constexpr int kMostWaits = 6000;
     for (int wait = 0;; ++wait) {
         const int descriptor = openFile(path.c_str(), kHow);
@@ -144,7 +144,7 @@ RegularFile::~RegularFile() {
 }
 
 void RegularFile::check() const {
-    if (error_ == ENXIO)  // the file is a socket, or its device is missing
+    if (error_ == ENXIO)  // a socket, or a device file without its device
         throw Error(ErrorKind::kInput, "this is not a regular file", path_.string(), kNoPipes);
     if (error_ != 0) failToOpen(path_, error_);
     if (S_ISDIR(status_.st_mode))

@@ -59,7 +59,7 @@ void SharedFile::read(void* to, std::size_t size) {
 
 std::uint64_t SharedFile::takeSize(std::size_t of_value, std::uint64_t most) {
     const auto size = takeOne<std::uint64_t>();
-    // lseek() instead of fstat(), which a decoder's sandbox denies.
+    // A decoder's sandbox denies fstat().
     const off_t end = lseek(descriptor_, 0, SEEK_END);
     if (end < 0 || size % of_value != 0 || size > static_cast<std::uint64_t>(end) - place_)
         throw Error(ErrorKind::kInput, "the decoder's data ends too early");

@@ -12,8 +12,8 @@ namespace peeler {
 std::optional<DiskSpace> diskSpaceOf(const std::filesystem::path& file) {
     namespace fs = std::filesystem;
     std::error_code failure;
-    // An existing file keeps its disk space until its replacement is complete, so the file's space
-    // counts as used. Links are followed, because the new file replaces their target.
+    // An existing file keeps its disk space until its replacement is complete, so its space counts
+    // as used. Follow links, because the new file replaces their target.
     fs::path folder = fs::weakly_canonical(fs::absolute(file, failure), failure).parent_path();
     while (!folder.empty() && !fs::is_directory(folder, failure)) {
         if (folder == folder.parent_path()) return {};
@@ -26,7 +26,7 @@ std::optional<DiskSpace> diskSpaceOf(const std::filesystem::path& file) {
 }
 
 std::uint64_t exrHeaderBytes(const IdNames& ids) {
-    // Without names, peeler's headers take two to six thousand bytes.
+    // Without names, peeler's headers take 2,000 to 6,000 bytes.
     constexpr std::uint64_t kAttributes = std::uint64_t{16} << 10, kIdAndSizes = 32;
     std::uint64_t bytes = kAttributes;
     for (const auto* names : {&ids.objects, &ids.materials})

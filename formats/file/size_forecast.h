@@ -10,7 +10,6 @@
 
 namespace peeler {
 
-/// The certainty of a forecast.
 enum class Certainty : std::uint8_t {
     kExact,   ///< the exact number of bytes, as for uncompressed data with a known number of rows
     kAtMost,  ///< an upper bound, as for compressed data
@@ -29,14 +28,13 @@ struct SizeForecast {
     }
 };
 
-/// A disk and its free space.
 struct DiskSpace {
     std::uint64_t device = 0;  ///< number of the file system (st_dev)
     std::uint64_t free = 0;    ///< bytes available to this user (f_bavail of statvfs)
 };
 
-/// Returns the disk that will hold `file`: the disk of the nearest existing folder above it, with
-/// symbolic links followed. Returns nothing if the system cannot tell.
+/// Returns the disk that will hold `file`: the disk of its nearest existing parent folder, with
+/// symbolic links followed. Returns nothing if this disk cannot be determined.
 std::optional<DiskSpace> diskSpaceOf(const std::filesystem::path& file);
 
 /// Returns the maximum size, in bytes, of the header of an OpenEXR part that stores the names

@@ -26,7 +26,7 @@ constexpr std::string_view kAbout = "json";
 
 using TarBlock = std::array<char, kTarBlock>;
 
-/// The offset and size of a header field.
+/// The offset and size of a header field, in bytes.
 struct TarField {
     std::size_t at, size;
 };
@@ -81,7 +81,7 @@ TarBlock headerOf(const std::string& name, std::uint64_t size, std::time_t date)
     std::ranges::copy(kUstar, block.begin() + kTarMagic.at);
     putOctal(block, kTarMajor, 0);
     putOctal(block, kTarMinor, 0);
-    // The field has six digits, a zero and a space, as all tar programs write it.
+    // As in all tar programs, the field has six digits, a zero and a space.
     putOctal(block, {kTarChecksum.at, kTarChecksum.size - 1}, checksumOf(block));
     block[kTarChecksum.at + kTarChecksum.size - 1] = ' ';
     return block;
@@ -92,7 +92,8 @@ struct TarMember {
     std::uint64_t size = 0;
 };
 
-/// Returns the member that a header of headerOf() describes, or nothing for any other block.
+/// Returns the member whose header is this block, or nothing if headerOf() would not write this
+/// block.
 std::optional<TarMember> memberOf(const TarBlock& block) {
     const std::string_view field = fieldText(block, kTarName);
     const std::string_view name = field.substr(0, field.find('\0'));
@@ -106,8 +107,8 @@ std::optional<TarMember> memberOf(const TarBlock& block) {
     return TarMember{std::string(name.substr(0, dot)), std::string(name.substr(dot + 1)), *size};
 }
 
-/// Returns the bytes that a member of this size takes in the tar file: the header, and the data
-/// padded to a whole block.
+/// Returns the bytes of a member of this size in the tar file: the header, and the data padded to a
+/// whole block.
 std::uint64_t tarBytes(std::uint64_t size) {
     return kTarBlock + (size + kTarBlock - 1) / kTarBlock * kTarBlock;
 }
@@ -133,8 +134,8 @@ std::time_t tarDate() {
     return static_cast<std::time_t>(seconds);
 }
 
-/// Appends a part of one file to another. Returns false if `from` ends before `end`. Throws Error
-/// (kInput) if `from` cannot be read.
+/// Appends bytes [begin, end) of `from`. Returns false if `from` is shorter. Throws Error (kInput)
+/// if `from` cannot be read.
 bool appendPart(const RegularFile& from, std::uint64_t begin, std::uint64_t end, AtomicFile& to) {
     std::vector<char> bytes(std::min<std::uint64_t>(end - begin, std::uint64_t{1} << 20));
     while (begin < end) {
@@ -155,10 +156,10 @@ struct TarShards::OldShard {
     RegularFile::Identity identity{};
     std::uint64_t samples = 0;
     std::uint64_t size = 0;               ///< total bytes of the shard's samples
-    std::uint64_t left = 0;               ///< number of samples that have not been kept
+    std::uint64_t left = 0;               ///< number of samples not yet kept
     std::unique_ptr<RegularFile> file{};  ///< null while it is closed
-    /// Whether a new shard has taken this shard's name. The old file then exists only while it is
-    /// open.
+    /// Whether a new shard has taken this shard's name. The old file then exists only as long as
+    /// `file` is open.
     bool replaced = false;
 };
 
@@ -204,13 +205,13 @@ std::unique_ptr<TarShards::OldShard> TarShards::read(
     const std::uint64_t end = file.size() - kTarEnd;
     TarBlock block{};
     OldSample sample;
-    std::string key;  // key of the sample being read; empty between samples
+    std::string key;  // key of an incomplete sample; empty between samples
     std::uint64_t at = 0;
     while (at < end) {
         if (!file.read(at, block)) return {};
         const std::optional<TarMember> member = memberOf(block);
         if (!member || (!key.empty() && member->key != key)) return {};
-        // This cannot overflow, because sizes have at most 36 bits.
+        // No overflow, because sizes have at most 36 bits.
         const std::uint64_t next = at + tarBytes(member->size);
         if (next > end) return {};
         key = member->key;
@@ -294,7 +295,7 @@ TarShards::Stored TarShards::add(const std::string& key, const nlohmann::ordered
         std::string name;
         RegularFile file;
     };
-    std::deque<Input> inputs;  // a deque, because its elements must not move
+    std::deque<Input> inputs;  // a deque, because Input cannot be moved
     Stored stored;
     std::uint64_t bytes = tarBytes(text.size());
     const std::string about_name = key + '.' + std::string(kAbout);
@@ -350,7 +351,7 @@ void TarShards::append(const std::string& name, std::uint64_t size) {
     file_->append(std::as_bytes(std::span(header)));
 }
 
-/// Begins the current shard's file, and copies the samples so far into it.
+/// Begins the current shard's file, and copies the samples kept so far into it.
 void TarShards::startFile() {
     const std::string name = nameOf(number_);
     if (!settings_.replaces && isTaken(name))
@@ -364,10 +365,10 @@ void TarShards::endShard(bool all) {
     OldShard* const old = oldShard();
     if (!file_ && old && old->size != size_ && (all || count_ >= old->samples)) startFile();
     if (file_ && (all || !old || count_ >= old->samples)) {
-        broken_ = true;  // stays true if the code below throws
+        broken_ = true;  // stays true if finishing the file fails
         constexpr std::array<std::byte, kTarEnd> kZeros{};
         file_->append(kZeros);
-        // Open the old shard before it is replaced if later shards may keep some of its samples.
+        // Later shards may keep samples of the old shard, so open it before it is replaced.
         if (old && old->left > 0) opened(*old);
         file_->commit();
         broken_ = false;

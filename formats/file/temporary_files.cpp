@@ -28,20 +28,21 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A path that removeTemporaryFiles() must remove. The storage is fixed, because a signal handler
-/// may not allocate.
+/// A path that removeTemporaryFiles() removes. The storage is fixed, because a signal handler may
+/// not allocate.
 struct Slot {
     enum State : int { kFree, kChanging, kLiveFile, kLiveFolder };
     std::atomic<int> state{kFree};
     char path[PATH_MAX]{};
 };
 static_assert(std::atomic<int>::is_always_lock_free);
-constexpr std::size_t kSlots = 1024;       // number of files, enough for a file per layer
+constexpr std::size_t kSlots = 1024;       // enough for a file per layer
 constinit std::array<Slot, kSlots> slots;  // 4 MiB of address space, committed page by page on use
 
 constexpr std::string_view kMark = ".peeler-", kTemporary = ".tmp", kScratchBase = "samples";
 
-/// Returns this machine's name, with underscores for anything but letters and digits.
+/// Returns this machine's name, with underscores in place of characters other than letters and
+/// digits.
 const std::string& hostName() {
     static const std::string name = [] {
         char text[65] = {};
@@ -54,9 +55,8 @@ const std::string& hostName() {
     return name;
 }
 
-/// Whether a hidden file or folder is a leftover. The process of a leftover has ended, which
-/// released the lock. Locks of other machines may be invisible here, so files of other machines
-/// must also be at least a day old.
+/// Whether a hidden file or folder is a leftover of an ended process, which holds no lock. Locks of
+/// other machines may be invisible here, so their files must also be at least a day old.
 bool isLeftover(int descriptor, std::string_view name) {
     if (flock(descriptor, LOCK_EX | LOCK_NB) != 0) return false;
     if (name.find(std::string(kMark) + hostName() + '-') != std::string_view::npos) return true;
@@ -67,7 +67,7 @@ bool isLeftover(int descriptor, std::string_view name) {
 
 /// Removes the files in an open folder. Async-signal-safe, unlike opendir().
 void emptyFolder(int folder) noexcept {
-    // A buffer for getdents64(2), whose linux_dirent64 has the layout of glibc's dirent64.
+    // A buffer for getdents64(2). Its linux_dirent64 has the layout of glibc's dirent64.
     alignas(dirent64) char entries[4096];
     for (long size = 0; (size = syscall(SYS_getdents64, folder, entries, sizeof entries)) > 0;) {
         for (long at = 0; at < size;) {
@@ -98,7 +98,7 @@ void removeFolder(const char* path) noexcept {
 
 std::string hiddenName(std::string_view base) {
     static std::atomic<unsigned> counter{0};
-    // 150 characters of the base keep the name below the usual limit of 255 bytes.
+    // At most 150 characters of `base`, to keep the name below the usual limit of 255 bytes.
     std::string name = ".";
     name.append(base.substr(0, 150)).append(kMark).append(hostName());
     name += '-' + std::to_string(getpid()) + '-' + std::to_string(counter++);
@@ -178,7 +178,7 @@ ScratchFolder::ScratchFolder(const fs::path& parent) {
         if (made) descriptor_ = openFile(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
         const int cause = errno;
         const bool is_open = descriptor_ >= 0;
-        // Another process that removes leftovers may have removed the folder before it was locked.
+        // removeLeftovers() of another process may have removed the folder before it was locked.
         struct stat opened {
         }, there{};
         if (is_open && lockHidden(descriptor_) && fstat(descriptor_, &opened) == 0 &&
@@ -193,7 +193,7 @@ ScratchFolder::ScratchFolder(const fs::path& parent) {
 }
 
 ScratchFolder::~ScratchFolder() {
-    emptyFolder(descriptor_);  // uses the open descriptor, since opening the folder may fail
+    emptyFolder(descriptor_);  // removeFolder() would open it again, which may fail
     rmdir(path_.c_str());
     close(descriptor_);
     forgetTemporary(place_);

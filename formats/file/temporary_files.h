@@ -13,12 +13,12 @@ namespace peeler {
 std::string hiddenName(std::string_view base);
 
 /// Removes the hidden files and scratch folders that killed processes left in a folder. Only the
-/// first call per folder does anything. Locked files are in use and stay. Files of other machines
-/// stay until they are a day old, since locks may not reach across machines (NFS).
+/// first call per folder has an effect. Keeps locked files, which are in use. Keeps files of other
+/// machines until they are a day old, since locks may not reach across machines (NFS).
 void removeLeftovers(const std::string& folder);
 
 /// Locks an open file or folder until it is closed or the process ends. Returns false if another
-/// process has locked it. Returns true if locks are not supported; then no process removes
+/// process has locked it. If locks are not supported, returns true, and no process removes
 /// leftovers.
 bool lockHidden(int descriptor);
 
@@ -27,7 +27,6 @@ enum class HiddenKind : int { kFile, kFolder };
 /// Registers a path for removeTemporaryFiles(). Returns the index of its slot; −1 if no slot is
 /// free or the path is too long.
 int noteTemporary(const std::string& path, HiddenKind kind = HiddenKind::kFile);
-/// Unregisters the path in this slot.
 void forgetTemporary(int place) noexcept;
 
 /// Unlinks the hidden file of every live AtomicFile, and every scratch folder with its files.
@@ -35,12 +34,11 @@ void forgetTemporary(int place) noexcept;
 void removeTemporaryFiles() noexcept;
 
 /// A new hidden folder for files that will be copied into another file (".samples.peeler-….tmp").
-/// The destructor removes it with all its files; removeLeftovers() removes the folders of killed
-/// processes. AtomicFiles in it are not synced to disk, since they never outlive the process.
-/// Throws Error (kOutput) if it cannot be created.
+/// The destructor removes the folder with all its files; removeLeftovers() removes the folders of
+/// killed processes. AtomicFiles in a scratch folder are not synced to disk, since they never
+/// outlive the process. Throws Error (kOutput) if the folder cannot be created.
 class ScratchFolder {
   public:
-    /// Creates `parent` if it is missing.
     explicit ScratchFolder(const std::filesystem::path& parent);
     ~ScratchFolder();
     ScratchFolder(const ScratchFolder&) = delete;

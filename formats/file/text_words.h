@@ -16,7 +16,7 @@ constexpr bool isBlank(char c) {
     return c == ' ' || (c >= '\t' && c <= '\r');
 }
 
-/// Removes the next word from the text, with the blanks before it; returns "" at the end.
+/// Removes the next word from the text, with the blanks before it. Returns "" if there is no word.
 inline std::string_view takeWord(std::string_view& text) {
     std::size_t begin = 0;
     while (begin < text.size() && isBlank(text[begin]))
@@ -29,8 +29,8 @@ inline std::string_view takeWord(std::string_view& text) {
     return word;
 }
 
-/// Removes the next line from the text. Returns the line without its line end (LF or CR LF). The
-/// last line may lack a line end.
+/// Removes the next line from the text. Returns the line without its end (LF or CR LF), which the
+/// last line may lack.
 inline std::string_view takeLine(std::string_view& text) {
     const std::size_t end = std::min(text.find('\n'), text.size());
     std::string_view line = text.substr(0, end);
@@ -56,7 +56,7 @@ inline std::string lowerCase(std::string_view text) {
     return result;
 }
 
-/// Returns the value of a decimal number, the same in any locale. Accepts "inf" and "nan".
+/// Returns the value of a decimal number; ignores the locale. Accepts "inf" and "nan".
 /// Floating-point underflow gives 0. Returns nothing if the word is not a number, or if the number
 /// is too large for T.
 template <class T>
@@ -72,7 +72,7 @@ std::optional<T> numberIn(std::string_view word) {
     return {};
 }
 
-/// Returns the number of the line, from 1, that holds this offset in a text.
+/// Returns the number of the line, from 1, at this offset in a text.
 inline std::size_t lineAt(std::string_view text, std::size_t place) {
     const auto end = text.begin() + static_cast<std::ptrdiff_t>(std::min(place, text.size()));
     return 1 + static_cast<std::size_t>(std::count(text.begin(), end, '\n'));

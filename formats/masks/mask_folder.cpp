@@ -61,10 +61,10 @@ void removeFile(const fs::path& file) {
 
 /// The members of a view's record that describe the view's files.
 struct MaskFolder::Record {
-    std::string hash{};  ///< hash of the view; "" if the view is incomplete
+    std::string hash{};  ///< hash of the view; "" if the record is incomplete
     std::size_t masks = 0, layers = 0;
-    bool rgb = false;         ///< whether the view has a picture
-    std::uint64_t bytes = 0;  ///< total size of the files
+    bool rgb = false;  ///< whether the view has a colour picture
+    std::uint64_t bytes = 0;
 };
 
 MaskFolder::MaskFolder(MaskFolderOptions options, std::vector<MaskedObject> objects)
@@ -110,7 +110,7 @@ fs::path MaskFolder::record(std::size_t view) const {
     return options_.folder / kRecords / (viewDigits(view, 6) + ".json");
 }
 
-/// Returns the path of the file that replaces the record while the view's files are written.
+/// Returns the path of the file that stands in for the record while the view's files are written.
 fs::path MaskFolder::begun(std::size_t view) const {
     return record(view).replace_extension(".begun");
 }
@@ -145,7 +145,7 @@ std::vector<fs::path> MaskFolder::files(std::size_t view, std::size_t begin_mask
     return all;
 }
 
-/// Reads a record; returns an empty one if it is missing or damaged.
+/// Reads a record. Returns an empty record if the file is missing or damaged.
 MaskFolder::Record MaskFolder::readRecord(const fs::path& file) {
     Record record;
     if (!fileExists(file, ErrorKind::kOutput)) return record;
@@ -158,8 +158,8 @@ MaskFolder::Record MaskFolder::readRecord(const fs::path& file) {
         whole = false;
         return 0;
     };
-    // These limits exceed the numbers of files of any view. Without them, a damaged record could
-    // make the search for files endless.
+    // These limits exceed the numbers of any view. Without limits, a damaged record could make
+    // write() remove files endlessly.
     record.masks = std::min<std::uint64_t>(number("masks"), 10'000'000);
     record.layers = std::min<std::uint64_t>(number("layers"), 100'000);
     record.rgb = json.contains("rgb");
@@ -199,7 +199,7 @@ std::uint64_t MaskFolder::write(const MaskedView& view) const {
         removeFile(file);
     const Window& crop = view.view.crop;
     const int width = crop.width(), height = crop.height();
-    // Objects without pixels on the canvas have no masks.
+    // BOP lists only objects with pixels on the canvas.
     std::vector<std::size_t> listed;
     for (std::size_t i = 0; i < view.masks.size(); ++i)
         if (view.masks[i].canvas_pixels > 0) listed.push_back(i);
@@ -212,7 +212,7 @@ std::uint64_t MaskFolder::write(const MaskedView& view) const {
     nlohmann::json most = {{"masks", std::max(masks, masks_before)},
                            {"layers", std::max(pictures, pictures_before)}};
     if (had_picture || options_.formats.rgb) most["rgb"] = true;
-    // Commit this file first: it tells the next run which files a killed run may have left.
+    // Commit this file first: the next run finds in it which files a killed run may have left.
     textFile(begun(view.number), dumpJson(most) + '\n')->commit();
     removeFile(record(view.number));
 
@@ -224,7 +224,7 @@ std::uint64_t MaskFolder::write(const MaskedView& view) const {
         (i % 2 == 0 ? of.amodal : of.visible).fill(255, bytes);
         writeGreyPng(file, width, height, bytes, options_.software);
     };
-    // Write several files in parallel, since most of the time is spent waiting for the disk.
+    // Write several files in parallel, because most of the time is waiting for the disk.
     constexpr std::size_t kAtOnce = 128;
     for (std::size_t first = 0; first < names.size(); first += kAtOnce) {
         std::vector<std::unique_ptr<AtomicFile>> some(std::min(kAtOnce, names.size() - first));
@@ -270,7 +270,7 @@ void MaskFolder::writeShared(std::size_t views) const {
     };
     for (std::size_t i = 0; i < texts.size(); ++i)
         append(i, texts[i].begin(options_.by, objects_));
-    // Read one record at a time, so that memory does not depend on the number of views.
+    // Read one record at a time, to use the same memory for any number of views.
     for (std::size_t view = 0; view < views; ++view) {
         const std::string text = readRegularText(record(view), kMostRecordBytes);
         try {

@@ -38,8 +38,8 @@ glm::dmat4 worldToOpencv(const glm::dmat4& camera_to_world) {
     return result;
 }
 
-/// Returns an object's transform from model to world without scale. In BOP, the scale is part of
-/// the model.
+/// Returns an object's model-to-world transform without scale. BOP counts the scale as part of the
+/// model.
 glm::dmat4 rigidPlace(const glm::dmat4& to_world) {
     if (const auto place = rigid(to_world)) return *place;
     glm::dmat4 place(1);
@@ -47,19 +47,19 @@ glm::dmat4 rigidPlace(const glm::dmat4& to_world) {
     return place;
 }
 
-/// Returns the box as bop_toolkit's misc.calc_2d_bbox defines it: from the first to the last pixel,
-/// so that a single pixel has width 0.
+/// Returns the box as in bop_toolkit's misc.calc_2d_bbox: from the first to the last pixel, so that
+/// a single pixel has width 0.
 json bopBox(const Window& box) {
     return {box.x0, box.y0, box.x1 - box.x0 - 1, box.y1 - box.y0 - 1};
 }
 
-/// Returns the box as COCO defines it: a single pixel has width 1.
+/// Returns the box as in COCO: a single pixel has width 1.
 json cocoBox(const Window& box) {
     return {box.x0, box.y0, box.width(), box.height()};
 }
 
-/// Returns the data calculated by bop_toolkit's scripts/calc_gt_info.py. Invisible objects get the
-/// box [−1, −1, −1, −1].
+/// Returns the data of bop_toolkit's scripts/calc_gt_info.py. Invisible objects get the box [−1,
+/// −1, −1, −1].
 json bopInfo(const ObjectMasks& masks) {
     const json none = {-1, -1, -1, -1};
     const bool seen = masks.visible.count() > 0;

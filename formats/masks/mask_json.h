@@ -12,16 +12,16 @@
 
 namespace peeler {
 
-/// Returns a view's record with its BOP and COCO data. `listed` are the indices into `objects` that
-/// BOP lists, in the order of their masks.
+/// Returns a view's record with its BOP and COCO data. `listed` has the indices in `objects` of the
+/// objects in BOP's lists, in the order of their masks.
 nlohmann::json viewJson(const MaskedView& view, const MaskFormats& formats,
                         std::span<const MaskedObject> objects, std::span<const std::size_t> listed);
 
-/// A builder of the text of a file shared by all views: call begin(), add() for each view in order,
-/// and end(), and join the texts that they return.
+/// A builder of a file shared by all views. The file is the concatenation of begin(), add() for
+/// each view in order, and end().
 class SharedJson {
   public:
-    /// `name` is the file's name, which chooses the content.
+    /// `name` is the file's name and chooses the content.
     explicit SharedJson(std::string name) : name_(std::move(name)) {}
 
     std::string begin(const std::string& by, std::span<const MaskedObject> objects) const;
@@ -31,9 +31,9 @@ class SharedJson {
 
   private:
     std::string name_;
-    bool first_ = true;              ///< whether no view has been added yet
+    bool first_ = true;
     std::uint64_t annotations_ = 0;  ///< number of COCO annotations so far
-    std::string held_;               ///< COCO's image list, which must follow the annotations
+    std::string held_;  ///< COCO's image list, which end() writes after the annotations
 };
 
 }  // namespace peeler

@@ -14,7 +14,8 @@
 namespace peeler {
 namespace {
 
-/// The order of the arrays: ray_splits, the columns of the hits, then the bundles.
+/// The indices of ray_splits and of the first column. The arrays of bundleArrays() follow the
+/// columns.
 constexpr std::size_t kRaySplits = 0, kFirstColumn = 1;
 
 class HitArrays final : public RayOutput {
@@ -83,8 +84,8 @@ class HitArrays final : public RayOutput {
             splits.resize(std::min(kRaysAtOnce, rays - first));
             for (std::size_t i = 0; i < splits.size(); ++i)
                 splits[i] = static_cast<std::int64_t>(hits_ + band.offsets[first + i + 1]);
-            // The offset has 1 + because ray_splits[0] is the beginning of the first ray's hits,
-            // and a ray's split here is the end of its hits.
+            // ray_splits[0] is the beginning of the first ray's hits, so each end has the index of
+            // the ray + 1.
             writer_->writeAt(kRaySplits, (1 + rays_ + first) * sizeof splits[0], asBytes(splits));
         });
     }

@@ -24,8 +24,7 @@ void putShared(const HitBatch& hits, std::byte* out, std::size_t stride,
             [&](std::size_t i) { return hits.instances[hits.places[i].instance].*number; });
 }
 
-/// Stores vectors that point to the side of the ray's origin. Where the ray meets the back of a
-/// surface, stores the opposite vector.
+/// Stores vectors that point to the front of the surface. `vectors` point to the ray's side.
 void putOnTheFront(const HitBatch& hits, std::byte* out, std::size_t stride,
                    std::span<const glm::vec3> vectors) {
     putEach(hits, out, stride, [&](std::size_t i) { return hits.facing[i] * vectors[i]; });

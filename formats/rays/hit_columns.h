@@ -21,21 +21,22 @@
 
 namespace peeler {
 
-/// The part of the scene that a hit lies on.
+/// The location of a hit in the scene.
 struct HitPlace {
     std::uint32_t instance = 0;  ///< index into PosedScene::meshes()
     std::uint32_t in_mesh = 0;   ///< index among the mesh's triangles, across primitives
-    std::uint32_t material = 0;  ///< index in the scene's file; 0xFFFFFFFF if there is none
+    std::uint32_t material = 0;  ///< index in the scene's file; 0xFFFFFFFF for the default material
 };
 
-/// The properties that all hits of an instance share.
+/// The numbers that all hits of an instance share.
 struct HitInstance {
     std::uint32_t node = 0, mesh = 0;
     std::uint32_t ordinal = 0;  ///< index among the instances of its node
 };
 
-/// Consecutive hits of a bundle, from which columns are computed. Each array has one entry per hit,
-/// or is empty if the band lacks its channel. The arrays refer to the band's memory.
+/// Consecutive hits of a bundle, from which columns are computed. Each array except `instances` has
+/// one entry per hit, or is empty if the band lacks the array's channel. The arrays are views of
+/// other memory, and valid only during the call.
 struct HitBatch {
     std::size_t first = 0;  ///< index of the batch's first hit in the band
     std::size_t size = 0;
@@ -45,26 +46,26 @@ struct HitBatch {
     std::span<const HitInstance> instances{};  ///< indexed by HitPlace::instance
     std::span<const float> facing{};           ///< 1 if the ray meets the front, −1 if the back
     std::span<const glm::vec2> barycentrics{};
-    /// In world space, pointing to the side of the ray's origin.
+    /// In world space, on the side of the surface that the ray comes from.
     std::span<const glm::vec3> normals{}, geometric_normals{};
 };
 
-/// A column: one or more numbers per hit.
+/// A column: the same number or vector of every hit.
 struct HitColumn {
-    std::string_view name;  ///< name of the array
+    std::string_view name;
     NumberType type;
     std::vector<std::string_view> properties;  ///< names of the components in a point cloud
     std::vector<Channel> channels;             ///< channels that the column needs besides t and key
-    /// Stores the column's numbers for all hits of the batch, each hit `stride` bytes after the
-    /// previous one.
+    /// Stores the column's values for all hits of the batch, each `stride` bytes after the previous
+    /// one.
     void (*put)(const HitBatch& hits, std::byte* out, std::size_t stride);
 
     std::size_t components() const { return properties.size(); }
     std::size_t bytes() const { return components() * infoOf(type).size; }
 };
 /// Returns all columns: t_hit, geometry_ids, primitive_ids and primitive_uvs as in Open3D's
-/// RaycastingScene.list_intersections(), primitive_normals as in its cast_rays(), and peeler's own.
-/// Fragment columns with the same meaning have the same names and numbers
+/// RaycastingScene.list_intersections(), primitive_normals as in RaycastingScene.cast_rays(), and
+/// peeler's own. Fragment columns with the same meaning have the same names and numbers
 /// (formats/arrays/fragment_columns.h).
 std::span<const HitColumn> hitColumns();
 
@@ -75,19 +76,17 @@ std::vector<HitColumn> chosenHitColumns(std::span<const std::string> names);
 /// Returns the channels that columns need, in the order of the channel table.
 std::vector<Channel> channelsOf(std::span<const HitColumn> columns);
 
-/// A converter from fragments to hits. It looks up the triangles that the keys of the fragments
-/// identify.
+/// A converter from fragments to hits. Finds the hits' triangles by the keys of the fragments.
 class HitReader {
   public:
-    /// `positions` chooses whether HitBatch::positions are computed.
+    /// `positions`: whether to compute HitBatch::positions.
     explicit HitReader(PosedScene posed, bool positions = false);
 
-    /// Calls use(batch) for all hits of a band, several thousand per call, in any order and on all
+    /// Calls use(batch) for batches that together hold all hits of a band, in any order and on all
     /// threads. Throws Error (kInternal) if channels are not 32-bit.
     void read(const Bundle& bundle, const LayeredImage& band,
               const std::function<void(const HitBatch&)>& use) const;
-    /// Calls use(batch) once, on this thread, with `size` hits of the band, beginning at hit
-    /// `first`.
+    /// Calls use(batch) once, on this thread, for the hits [first, first + size) of the band.
     void readSome(const Bundle& bundle, const LayeredImage& band, std::size_t first,
                   std::size_t size, const std::function<void(const HitBatch&)>& use) const;
 
@@ -105,12 +104,11 @@ class HitReader {
     PosedScene posed_;
     bool positions_;
     std::vector<HitInstance> instances_;
-    /// Material of each surface in DrawList::surfaces(), as in HitPlace.
+    /// Material of each surface in DrawList::surfaces(), in the form of HitPlace::material.
     std::vector<std::uint32_t> materials_;
 };
 
-/// These return the outputs from which makeHitOutput() chooses: arrays (lists and planes), .ply and
-/// .exr.
+/// The outputs among which makeHitOutput() chooses: arrays (lists or planes), .ply and .exr.
 std::unique_ptr<RayOutput> makeHitArrays(const std::string& path, const HitOptions& options);
 std::unique_ptr<RayOutput> makeHitPlanes(const std::string& path, const HitOptions& options);
 std::unique_ptr<RayOutput> makeHitPoints(const std::string& path, const HitOptions& options);

@@ -27,11 +27,11 @@ namespace {
 
 constexpr int kHitRowsInFlight = 32;
 
-/// A deep image with a scan-line part for each bundle, whose data window is the crop. Every hit of
-/// a ray is a point sample of its pixel, in list order. A sample has Z (camera Z) and the
-/// components of the extra arrays except the keys, including integers, but no colours. The
-/// compression is ZIPS. The parts follow each other in the file. The same hits give the same bytes,
-/// whatever the sizes of the bands.
+/// A deep image with a scan-line part for each bundle. The data window of a part is the crop. Every
+/// hit of a ray is a point sample of the ray's pixel, in list order. A sample has Z (camera Z) and
+/// the components of the extra arrays except the keys, including integers, but no colours. The
+/// compression is ZIPS. The parts follow each other in the file. The sizes of the bands do not
+/// affect the bytes of the file.
 class HitImage final : public RayOutput {
   public:
     HitImage(std::string path, const HitOptions& options)
@@ -51,7 +51,7 @@ class HitImage final : public RayOutput {
                           std::span<const std::uint64_t> hits) const override {
         const std::uint64_t hit = sizeof(float) + channelBytes(channels(), PixelType::kFloat);
         std::uint64_t bytes = hit * std::accumulate(hits.begin(), hits.end(), std::uint64_t{0}) +
-                              // The number of hits of each pixel.
+                              // Sample count of each pixel.
                               sizeof(std::uint32_t) * raysOf(bundles);
         const std::uint64_t header = exrHeaderBytes(provenance_.ids);
         for (const Bundle& bundle : bundles) {
@@ -72,14 +72,13 @@ class HitImage final : public RayOutput {
         exr_->finish();
         file_->commit();
     }
-    /// Returns the number of rows that are packed before they are written, halved because sinkUse()
+    /// Returns half the number of rows that are packed before they are written, because sinkUse()
     /// counts each row twice.
     SinkMemory memory(const Bundle& bundle) const override {
         return {.rows = std::min(kHitRowsInFlight, bundle.view.crop.height()) / 2};
     }
 
   private:
-    /// A bundle. Its rays are the pixels of the view.
     struct Part {
         std::string name;
         View view;
@@ -94,7 +93,7 @@ class HitImage final : public RayOutput {
     Provenance provenance_;
     std::vector<Part> parts_;
     std::unique_ptr<AtomicFile> file_;
-    std::unique_ptr<ExrOutput> exr_;  ///< created with the first band, which defines the channels
+    std::unique_ptr<ExrOutput> exr_;  ///< created with the first band, which has the channels
     std::vector<ExrChannel> channels_;
     std::vector<ExrDeepChunk> packed_;
     ExrPackerPool packers_{kDefaultZipLevel, Imf::ZIPS_COMPRESSION};

@@ -12,7 +12,7 @@
 namespace peeler {
 namespace {
 
-/// The order of the arrays: count, the planes of the columns, then the bundles.
+/// The indices of `count` and of the first column's planes. The arrays of bundleArrays() follow.
 constexpr std::size_t kCounts = 0, kFirstPlanes = 1;
 
 std::string sizeText(const Bundle& bundle) {
@@ -21,7 +21,7 @@ std::string sizeText(const Bundle& bundle) {
            std::to_string(rays.height());
 }
 
-/// Returns the shape of the planes without layers: (h, w), or (b, h, w) for b > 1 bundles.
+/// Returns the shape of a plane: (h, w) for one bundle, (b, h, w) for b bundles.
 std::vector<std::uint64_t> pixelsOf(std::span<const Bundle> bundles) {
     const Window& first = bundles.front().view.crop;
     for (const Bundle& bundle : bundles) {

@@ -21,8 +21,8 @@ class HitPoints final : public RayOutput {
           reader_(options.posed, true) {}
 
     std::vector<Channel> channels() const override { return channelsOf(columns_); }
-    /// Returns true so that the file's size, which may exceed the disk, is known before writing.
-    /// The writer itself needs no count, since it fills in the header at the end.
+    /// The writer needs no count, but the count gives the file's size, which may exceed the free
+    /// disk space.
     bool needsHits() const override { return true; }
     SizeForecast forecast(std::span<const Bundle>,
                           std::span<const std::uint64_t> hits) const override {
@@ -67,8 +67,8 @@ class HitPoints final : public RayOutput {
         return all;
     }
 
-    /// Stores x, y and z of points that have `size` bytes. Returns the end of the first point's
-    /// position.
+    /// Stores x, y and z of points of `size` bytes. Returns the end of x, y and z in the first
+    /// point.
     std::byte* putPositions(const HitBatch& hits, std::byte* out, std::size_t size) const {
         const auto put_all = [&](auto&& number) {
             for (std::size_t i = 0; i < hits.size; ++i)

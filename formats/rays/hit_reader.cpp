@@ -12,8 +12,8 @@
 namespace peeler {
 namespace {
 
-/// The number of hits per batch. Batches are large enough to write files in large pieces, but a
-/// batch and one of its columns fit into the cache of one core.
+/// The number of hits per batch. A batch and one of its columns fit into the cache of one core, but
+/// are large enough for efficient writing.
 constexpr std::size_t kHitsAtOnce = std::size_t{1} << 14;
 
 /// Returns a channel's vectors, one per fragment; empty if the band lacks the channel.
@@ -31,9 +31,9 @@ std::span<const Vector> vectorsOf(const LayeredImage& band, Channel channel) {
     return {};
 }
 
-/// Returns a material's index in the file, or 0xFFFFFFFF for glTF's default material.
+/// Returns a material's index in the scene's file, or 0xFFFFFFFF for glTF's default material.
 std::uint32_t materialIn(const Scene& scene, int material) {
-    // A scene's last material is glTF's default material, which is not in the file.
+    // The scene's last material is glTF's default material, which the file does not list.
     const auto index = static_cast<std::size_t>(material);
     return index + 1 < scene.materials.size() ? static_cast<std::uint32_t>(index) : 0xFFFFFFFFU;
 }
@@ -83,7 +83,7 @@ void HitReader::readSome(const Bundle& bundle, const LayeredImage& band, std::si
     use(hits);
 }
 
-/// Looks up the hits' places in the scene by their keys.
+/// Finds the triangles of the hits by their keys.
 void HitReader::place(std::span<const std::uint32_t> keys, Storage& storage, HitBatch& hits) const {
     const DrawList& list = posed_.drawList();
     storage.places.resize(hits.size);

@@ -79,8 +79,8 @@ class NextHitOutput final : public RayOutput {
         }
     }
 
-    /// Writes the hits on one side to three arrays, starting with `array`. Returns the number of
-    /// hits.
+    /// Writes the hits on one side to three arrays; `array` is the index of the first. Returns the
+    /// number of hits.
     std::uint64_t writeSide(std::size_t array, std::span<const PointHits> hits,
                             NextHit PointHits::*side) {
         std::uint64_t count = 0;

@@ -21,7 +21,7 @@ namespace {
 
 constexpr std::size_t kValuesAtOnce = std::size_t{1} << 22;
 
-/// Returns the area that a parallel ray represents, in square scene units.
+/// Returns the area of a pixel of a parallel bundle, in square scene units.
 double rayArea(const View& view) {
     return 4 * view.projection.half_width * view.projection.half_height /
            (double(view.width) * view.height);
@@ -43,7 +43,7 @@ std::span<const std::uint32_t> bitsOf(const RayMaps& maps, const Window& rows,
     return numbers;
 }
 
-/// Writer of maps as OpenEXR: a part for each bundle, and a channel for each map or material.
+/// Writer of maps as OpenEXR: a part for each bundle, and in it a channel for each map or material.
 class RayMapFile : public RayMapOutput {
   public:
     RayMapFile(std::string path, const PosedScene& posed, const Solids* solids,
@@ -81,7 +81,7 @@ class RayMapFile : public RayMapOutput {
         SinkMemory memory = RayMapOutput::memory(bundle);
         const std::size_t channels = maps().channels().size();
         memory.bytes += ExrPlaneWriter::memory(bundle.view.crop.width(), channels);
-        memory.pixel_bytes += channels * sizeof(std::uint32_t);  // memory of numbers_
+        memory.pixel_bytes += channels * sizeof(std::uint32_t);  // numbers_
         return memory;
     }
 
@@ -122,7 +122,7 @@ class RayMapArrays : public RayMapOutput {
     void finish() override { writer_->finish(); }
     SinkMemory memory(const Bundle& bundle) const override {
         SinkMemory memory = RayMapOutput::memory(bundle);
-        // Memory of numbers_.
+        // numbers_
         memory.pixel_bytes += maps().channels().size() * sizeof(std::uint32_t);
         return memory;
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The base class of ray map writers, which evaluates maps and collects statistics.
+// Base class of ray map writers, which evaluates maps and collects statistics.
 #pragma once
 
 #include <memory>
@@ -12,7 +12,7 @@
 
 namespace peeler {
 
-/// A ray output that evaluates the maps a few rows at a time. Derived classes write them.
+/// A ray output that evaluates maps a few rows at a time. Derived classes write the values.
 class RayMapOutput : public RayOutput {
   public:
     RayMapOutput(const PosedScene& posed, const Solids* solids, const RayMapSettings& settings)
@@ -24,17 +24,16 @@ class RayMapOutput : public RayOutput {
     SinkMemory memory(const Bundle& bundle) const override;
 
   protected:
-    /// Called before the first rows of a bundle are written.
+    /// Called before the first call of writeRows() for a bundle.
     virtual void beginBundle(std::size_t bundle) = 0;
-    /// Called with the values of some rows of the current bundle: one plane per channel, each row
-    /// by row.
+    /// Writes the values of some rows of the current bundle: one plane per channel, row-major.
     virtual void writeRows(const Window& rows, std::span<const float> planes) = 0;
     virtual void finishBundle() = 0;
     virtual std::string pathOf(std::size_t bundle) const = 0;
 
     const RayMaps& maps() const { return maps_; }
     const std::vector<Bundle>& bundles() const { return bundles_; }
-    /// Returns the statistics of a bundle up to now, in the order of channels.
+    /// Returns the statistics of a bundle's values so far, in the order of channels.
     const std::vector<RayMapStatistics>& statistics(std::size_t bundle) const {
         return statistics_[bundle];
     }
@@ -42,7 +41,7 @@ class RayMapOutput : public RayOutput {
   private:
     RayMaps maps_;
     std::vector<Bundle> bundles_;
-    /// Statistics of each bundle's channels.
+    /// One entry per bundle and channel.
     std::vector<std::vector<RayMapStatistics>> statistics_;
     std::vector<float> planes_;
 };

@@ -14,12 +14,12 @@
 namespace peeler {
 namespace {
 
-constexpr int kRowsAtOnce = 64;  // number of rows painted at a time
+constexpr int kRowsAtOnce = 64;
 
 using ValueRange = std::pair<double, double>;
 
 /// Returns the colour for a transmission (0 to 1), as on X-ray film: black for full transmission,
-/// white for none. The scale is perceptually uniform, so that dense parts keep their details.
+/// white for zero transmission. The scale is perceptually uniform, to show details of dense parts.
 std::array<float, 3> film(float transmission) {
     const float grey = linearFromSrgb(std::clamp(1 - transmission, 0.0F, 1.0F));
     return {grey, grey, grey};
@@ -31,7 +31,6 @@ Ramp rampOf(RayMap map) {
     return map == RayMap::kTransmission ? film : inferno;
 }
 
-/// The titles of the maps' legends.
 constexpr std::pair<RayMap, const char*> kTitles[] = {
     {RayMap::kFirst, "distance to the first hit"},
     {RayMap::kLast, "distance to the last hit"},
@@ -85,12 +84,12 @@ class RayMapPictures : public RayMapOutput {
     void finish() override {}
     SinkMemory memory(const Bundle& bundle) const override {
         SinkMemory memory = RayMapOutput::memory(bundle);
-        // The values are kept until the range is known.
+        // values_, kept until the range is known
         if (!given_) memory.bytes += bundle.rays() * sizeof(float);
         Plan plan;
         plan.view = bundle.view;
         memory.bytes += ImageWriter(path_, output_).memory(plan).bytes;
-        // Painted rows are in memory twice: as one fragment per pixel, and composited.
+        // Painted rows are in memory twice: as one fragment per pixel, and as a composite.
         constexpr std::uint64_t kPainted = 2 * sizeof(std::uint32_t) +
                                            sizeof(std::array<float, 4>) +
                                            CompositeImage::pixelBytes(false);
@@ -134,7 +133,7 @@ class RayMapPictures : public RayMapOutput {
         throw Error(ErrorKind::kUsage, "the pictures of the bundles would have the same name",
                     path_, "put #### where the number of the bundle goes, or write .exr");
     }
-    /// Returns the number of pixels in a bundle's picture, with its legend.
+    /// Returns the number of pixels in a bundle's picture, including the legend.
     std::uint64_t pixelsOf(const Bundle& bundle) const {
         if (!legend_) return bundle.rays();
         const auto size = colorBarSize(bar({}).title, bundle.view.crop.width());
@@ -179,11 +178,11 @@ class RayMapPictures : public RayMapOutput {
 
     ValueRange foundRange() const {
         const RayMapStatistics& found = statistics(bundle_).front();
-        // Without finite values, no pixel is painted, so any range will do.
+        // Without finite values, no pixel is painted, and the range does not matter.
         return {isDistance(map_) ? found.least.value_or(0) : 0, found.greatest.value_or(0)};
     }
 
-    /// Paints the values that were kept until the range was known.
+    /// Paints values_ after the range is known.
     void paintAll(const ValueRange& range) {
         const Window& crop = bundles()[bundle_].view.crop;
         const auto width = static_cast<std::size_t>(crop.width());
@@ -201,7 +200,7 @@ class RayMapPictures : public RayMapOutput {
         const auto wide = legend_ ? static_cast<std::size_t>(size_.width) : columns;
         const std::span<float> out =
             onePerPixel({rows.x0, rows.y0, rows.x0 + static_cast<int>(wide), rows.y1}, colors_);
-        if (wide > columns) std::ranges::fill(out, 1.0F);  // white, the background of the legend
+        if (wide > columns) std::ranges::fill(out, 1.0F);  // white, as the legend's background
         for (std::size_t i = 0; i < values.size(); ++i) {
             const bool known = std::isfinite(values[i]);
             const double share = high > low ? (values[i] - low) / (high - low) : 0;
@@ -218,9 +217,9 @@ class RayMapPictures : public RayMapOutput {
     std::optional<ValueRange> given_;
     bool legend_ = false;
     std::optional<std::pair<std::string, double>> unit_;
-    LegendSize size_;  ///< size of the legend of the current bundle
+    LegendSize size_;  ///< size of the current bundle's legend
     RayMap map_ = RayMap::kFirst;
-    std::size_t bundle_ = 0;  ///< index of the current bundle
+    std::size_t bundle_ = 0;
     std::unique_ptr<Sink> picture_;
     /// Values of the current bundle, kept until their range is known.
     std::vector<float> values_;

@@ -24,15 +24,15 @@
 
 namespace peeler {
 
-/// The statistics of a map channel over a bundle, in the units of the map.
+/// The statistics of a map channel over a bundle, in the map's units.
 struct RayMapStatistics {
-    std::string name;                           ///< name of the channel
-    std::optional<double> least{}, greatest{};  ///< extremes of the finite values
+    std::string name;
+    std::optional<double> least{}, greatest{};  ///< minimum and maximum of the finite values
     double sum = 0;                             ///< sum of the finite values
-    /// Volume, in cubic scene units: the integral of the lengths along parallel rays.
+    /// Volume, in cubic scene units: the integral of lengths over parallel rays.
     std::optional<double> volume{};
 };
-/// The maps of a bundle: the bundle's name, the maps' file, and their channels.
+/// The maps of a bundle. `bundle` is the bundle's name, `path` is the maps' file.
 struct RayMapResult {
     std::string bundle, path;
     std::vector<RayMapStatistics> channels;
@@ -41,17 +41,17 @@ struct VoxelResult {
     std::string path;
     glm::ivec3 cells{0};
     double spacing = 0;          ///< side of a cell, in scene units
-    std::uint64_t occupied = 0;  ///< number of cells inside
-    std::uint64_t disputed = 0;  ///< number of cells for which the three axes disagree
-    double volume = 0;           ///< volume of the cells inside, in cubic scene units
+    std::uint64_t occupied = 0;  ///< number of cells inside solids
+    std::uint64_t disputed = 0;  ///< number of cells on which the three axes disagree
+    double volume = 0;           ///< volume of the occupied cells, in cubic scene units
 };
-/// The number of hits found before and after points, for all directions together.
+/// Numbers of hits before and after points, summed over all directions.
 struct NextHitsResult {
     std::uint64_t points = 0, before = 0, after = 0;
-    std::uint64_t beside_bundles = 0;  ///< number of points that no ray of a bundle passes through
+    std::uint64_t beside_bundles = 0;  ///< number of points without a ray, summed over the bundles
 };
 
-/// The results of a finished output. The kind of output decides which members are set.
+/// The results of a finished output. The kind of output decides which members have values.
 struct RayResults {
     std::vector<RayMapResult> maps;
     std::optional<VoxelResult> voxels;
@@ -61,38 +61,39 @@ struct RayResults {
 /// Returns the total number of rays in the bundles.
 std::uint64_t raysOf(std::span<const Bundle> bundles);
 
-/// An output that receives one bundle after another, each in bands from top to bottom. If it is
-/// destroyed before finish(), it leaves no file.
+/// An output that receives one bundle after another, each in bands from top to bottom. Leaves no
+/// file if destroyed before finish().
 class RayOutput {
   public:
     virtual ~RayOutput() = default;
-    /// Returns the channels that every hit must have in addition to t and key, in the order of the
+    /// Returns the channels that every hit needs besides t and key, in the order of the channel
     /// table.
     virtual std::vector<Channel> channels() const { return {}; }
-    /// Whether begin() needs the number of hits, which takes an additional counting pass.
+    /// Whether begin() needs the number of hits. Counting takes an additional pass.
     virtual bool needsHits() const { return false; }
-    /// Forecasts the total size of all files; 0 for an output without a file. Call it before
-    /// begin(), with the same arguments. Throws the errors of begin() that are already known.
+    /// Forecasts the total size of all files; 0 for an output without a file. Takes the arguments
+    /// of begin() and must be called before it. Throws the errors of begin() that are already
+    /// known.
     virtual SizeForecast forecast(std::span<const Bundle>, std::span<const std::uint64_t>) const {
         return {};
     }
     /// `hits[i]` is the number of hits of bundle i; `hits` is empty unless needsHits(). Throws
     /// Error (kOutput) if the file cannot be created.
     virtual void begin(std::span<const Bundle> bundles, std::span<const std::uint64_t> hits) = 0;
-    /// Receives the hits of some rows of bundle i. `z` is camera Z (Bundle::tScale converts it to
+    /// Receives the hits of some rows of a bundle. `z` is camera Z (Bundle::tScale converts it to
     /// t), extra[0] has the keys (kKeyChannel), and the remaining arrays include channels().
     virtual void take(std::size_t bundle, const LayeredImage& band) = 0;
     virtual void finish() = 0;
     virtual RayResults results() const { return {}; }
-    /// Returns the memory needed while this bundle is received, as in Sink::memory(). May be called
+    /// Returns the memory needed while the bundle is received, as in Sink::memory(). May be called
     /// before begin().
     virtual SinkMemory memory(const Bundle&) const { return {}; }
 };
 
 struct HitOptions {
     PosedScene posed;
-    Provenance provenance;  ///< provenance for image headers; arrays store only the output hash
-    std::string comment{};  ///< comment of one line, for point clouds
+    Provenance provenance;  ///< for image headers; arrays store only the output hash
+    std::string comment{};  ///< for point clouds: one line
     /// Whether positions in point clouds have 64 bits instead of 32.
     bool double_positions = false;
     /// Arrays and point clouds: names of hitColumns() (hit_columns.h); if empty, all columns.
@@ -111,7 +112,7 @@ struct HitOptions {
 /// - .exr: a deep part for each bundle, with views from withCommonDisplay().
 /// Throws Error (kUsage) if the path has any other extension.
 std::unique_ptr<RayOutput> makeHitOutput(const std::string& path, const HitOptions& options);
-/// Throws Error (kUsage) if makeHitOutput() has no format with the path's extension.
+/// Throws Error (kUsage) if makeHitOutput() would refuse the path's extension.
 void checkHitFormat(const std::string& path);
 
 /// Returns an output that stores the hits before and after each point, as arrays for d parallel
@@ -125,31 +126,32 @@ std::unique_ptr<RayOutput> makeNextHitOutput(std::string path, const PosedScene&
 
 struct RayMapOptions {
     RayMapSettings settings;
-    /// Pictures: the values shown in black and in the brightest colour.
+    /// Pictures: the values with the first and the last colour of the map's ramp.
     std::optional<std::pair<double, double>> range;
     Provenance provenance;
-    bool legend = false;  ///< pictures: whether a legend is drawn below the map
-    /// The name and the length, in metres, of the unit of the legend's lengths. None: metres, or
-    /// millimetres if all are below a metre.
+    bool legend = false;  ///< pictures: whether to draw a legend below the map
+    /// The name and the length, in metres, of the legend's unit of length. If empty, the unit is a
+    /// millimetre for ranges below a metre, else a metre.
     std::optional<std::pair<std::string, double>> unit;
 };
 
 /// Returns an output that stores maps, which have one value per ray. EXR: a part for each bundle,
-/// with the bundle's name, and a channel for each map, or, for path-length, each material. .npz,
-/// .safetensors: an array for each of these channels (h, w; float, but uint32 for count), called
-/// "MAP.I" for bundle I, and bundleArrays(). PNG, JPEG, TIFF: one map, with one file per bundle; if
-/// there are several bundles, the path must have a placeholder for their number ("####").
+/// with the bundle's name, and in it a channel for each map, or, for path-length, for each
+/// material. .npz, .safetensors: an array for each of these channels (h, w; float, but uint32 for
+/// count), called "MAP.I" for bundle I, and bundleArrays(). PNG, JPEG, TIFF: one map, with one file
+/// per bundle; if there are several bundles, the path must have a placeholder for the bundle's
+/// number ("####").
 ///
-/// Unless a range is given, the colours of a picture go from 0 (for first and last: from the
-/// minimum) to the maximum in the bundle. Until the range is known, the bundle's values are kept, 4
-/// bytes per ray. Transmission goes from 0 to 1 and looks like an X-ray film: full transmission is
-/// black, zero transmission is white. For first and last, rays without a hit are transparent. If
-/// there is attenuation, path-length also gives the transmission, and a picture shows the
-/// transmission instead of the lengths.
+/// Without `range`, the colours of a picture go from 0 (for first and last: from the minimum) to
+/// the maximum in the bundle. Until this range is known, the bundle's values are kept, 4 bytes per
+/// ray. Transmission goes from 0 to 1 and looks like an X-ray film: full transmission is black,
+/// zero transmission is white. For first and last, rays without a hit are transparent. With
+/// attenuation, path-length also gives the transmission, and a picture shows the transmission
+/// instead of the lengths.
 ///
-/// `solids` may be null if no map needs them (needsSolids()). All references must outlive the
-/// output. Pictures of finished bundles get their final names even before finish(). Throws Error
-/// (kUsage) if maps do not fit the format or lack their inputs.
+/// `solids` may be null if no map needs nested solids (needsSolids()). All references must outlive
+/// the output. Pictures of finished bundles get their final names even before finish(). Throws
+/// Error (kUsage) if maps do not fit the format or lack their inputs.
 std::unique_ptr<RayOutput> makeRayMapOutput(const std::string& path, const PosedScene& posed,
                                             const Solids* solids, RayMapOptions options);
 
@@ -165,9 +167,9 @@ bool needsSolids(std::span<const RayMap> maps);
 /// world space) and `spacing` (double, scene units). .vdb: see formats/arrays/vdb_writer.h; the
 /// file records `creator`.
 ///
-/// `overlap` decides what is inside. Keeps three bits per cell and, for .vdb, OpenVDB's memory.
-/// `solids` must outlive the output. Throws Error (kUsage) if the path has none of these
-/// extensions, and Error (kMemory) if the cells do not fit into memory.
+/// `overlap` defines the inside of solids. Keeps three bits per cell and, for .vdb, OpenVDB's
+/// memory. `solids` must outlive the output. Throws Error (kUsage) if the path has another
+/// extension, and Error (kMemory) if the cells do not fit into memory.
 std::unique_ptr<RayOutput> makeVoxelOutput(std::string path, const Solids& solids,
                                            AxisBundles lattice, std::string creator,
                                            Overlap overlap = Overlap::kWinding);

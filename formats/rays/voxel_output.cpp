@@ -40,7 +40,7 @@ class VoxelOutput final : public RayOutput {
     }
     void finish() override;
     RayResults results() const override;
-    /// This includes the memory of OpenVDB's grid, which is hardly larger than the file.
+    /// Includes OpenVDB's grid, which takes hardly more memory than the file has bytes.
     SinkMemory memory(const Bundle&) const override {
         return {.bytes = VoxelVotes::bytesOf(lattice_) + votes_.sidesBytes() +
                          (is_grid_ ? forecast({}, {}).bytes : 0)};
@@ -54,7 +54,7 @@ class VoxelOutput final : public RayOutput {
     AxisBundles lattice_;
     std::string creator_;
     bool is_grid_;                    ///< whether the output is a .vdb
-    std::optional<AtomicFile> grid_;  ///< file of a .vdb; otherwise arrays_ is set
+    std::optional<AtomicFile> grid_;  ///< file of a .vdb
     std::optional<ArrayWriter> arrays_;
     VoxelVotes votes_;
 };
@@ -69,15 +69,15 @@ std::vector<NamedArray> VoxelOutput::arrays() const {
             {"spacing", NumberType::kDouble, {}}};
 }
 
-/// Returns the size of the file, or an upper bound for an OpenVDB file. OpenVDB's FloatGrid has
-/// leaves of 8³ floats with two masks, and nodes of 16³ and 32³. Leaves and nodes exist only where
-/// there is content, and are compressed.
+/// Returns the size of the file; for an OpenVDB file, an upper bound. OpenVDB's FloatGrid is a tree
+/// of leaves (8³ floats and two masks) and of nodes with 16³ and 32³ children. The file omits empty
+/// leaves and nodes, and compresses the others.
 SizeForecast VoxelOutput::forecast(std::span<const Bundle>, std::span<const std::uint64_t>) const {
     if (!is_grid_) return {ArrayWriter::fileBytes(path_, arrays())};
     constexpr std::uint64_t kFileBytes = 4096;
     SizeForecast size{kFileBytes, Certainty::kAtMost};
     struct Level {
-        int cells;            ///< side of a node, in cells of the lattice
+        int cells;
         std::uint64_t bytes;  ///< bytes per node
     };
     for (const auto& [cells, bytes] :

@@ -90,7 +90,7 @@ double processorSeconds(const std::function<void()>& work) {
     return (benchmark::processorMilliseconds() - start) / 1000;
 }
 
-/// Every n-th receiver, as a sample of all receivers.
+/// A sample of the receivers: every n-th.
 class Sample {
   public:
     explicit Sample(const Receivers& all) : step_(std::max<std::size_t>(1, all.size() / kMost)) {
@@ -113,7 +113,7 @@ class Sample {
     Receivers receivers_;
 };
 
-/// Prints a row of the table, with the times of the fastest runs.
+/// Prints a row of the table, with the time of each program's fastest run.
 void print(const nlohmann::json& row) {
     const auto fastest = [&](const char* of) {
         const auto& runs = row["seconds"][of].get_ref<const nlohmann::json::array_t&>();
@@ -127,8 +127,8 @@ void print(const nlohmann::json& row) {
     std::fflush(stdout);
 }
 
-/// Adds one row per number of directions. GL finds the hits in `context`; if that is null, the CPU
-/// finds them.
+/// Adds a row for each number of directions. GL finds the hits in `context`, or the CPU if
+/// `context` is null.
 void measure(const std::string& path, const Options& options, gl::Context* context,
              nlohmann::json& rows) {
     const Scene scene = readGltf(path);

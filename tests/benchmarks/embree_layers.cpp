@@ -14,19 +14,19 @@
 namespace peeler::benchmark {
 namespace {
 
-/// Triangles with the same alpha test and culling.
+/// Triangles of the scene with the same alpha test and culling.
 struct Surface {
-    const Material* material = nullptr;  ///< null: the surface has no alpha test
+    const Material* material = nullptr;  ///< null if the surface has no alpha test
     const Image* image = nullptr;
-    bool cull = false;                   ///< whether hits of back faces are ignored
+    bool cull = false;                   ///< whether to ignore hits of back faces
     std::vector<float> vertices{};       ///< nine floats per triangle
     std::vector<unsigned> indices{};     ///< Embree's indices, three per triangle
     std::vector<glm::vec2> texcoords{};  ///< three per triangle, for the alpha test
 };
 
-/// Collects the hits of all rays in a packet.
+/// The hits of the rays in a packet.
 struct Collector {
-    test::EmbreeContext context{};      // must be first, since Embree passes this pointer back
+    test::EmbreeContext context{};      // first member, because collect() casts a pointer to it
     std::vector<EmbreeHit> hits[16]{};  // hits of each ray, by ray ID
 };
 
@@ -64,7 +64,7 @@ bool passesAlpha(const Surface& surface, unsigned primitive, float u, float v) {
                : alpha > 0;
 }
 
-/// Records every valid hit. Rejects all hits, so that Embree continues along the ray.
+/// Records all hits, but rejects them, so that Embree continues along the rays.
 template <bool kCull, bool kAlpha>
 void collect(const RTCFilterFunctionNArguments* arguments) {
     auto* collector = reinterpret_cast<Collector*>(arguments->context);
@@ -97,8 +97,8 @@ RTCFilterFunctionN filterOf(const Surface& surface) {
     return kFilters[surface.cull ? 1 : 0][surface.material ? 1 : 0];
 }
 
-/// Rays through the sample of each pixel of a view. Directions have length 1 along the camera's Z,
-/// so hit distances are camera Z.
+/// Rays through the sample of each pixel of a view. The length of a direction along the camera's Z
+/// is 1, so hit distances are camera Z.
 struct Rays {
     explicit Rays(const View& view)
         : origin(worldPosition(view, view.sample.x, view.sample.y, 0)),
@@ -116,7 +116,7 @@ struct Rays {
     }
 
     glm::vec3 origin, corner;
-    glm::vec3 origin_step[2], step[2];  ///< steps from a pixel to its right and lower neighbour
+    glm::vec3 origin_step[2], step[2];  ///< steps to the right pixel and to the lower pixel
     float near, far;
 };
 
@@ -142,7 +142,7 @@ void aim(RayHit& packet, std::size_t lane, const Rays& rays, int x, int y) {
     packet.hit.instID[0][lane] = RTC_INVALID_GEOMETRY_ID;
 }
 
-/// A packet of one ray, with the member names of Embree's larger packets.
+/// A packet of one ray, with the member names of RTCRayHit8.
 struct OneRay {
     struct {
         float org_x[1], org_y[1], org_z[1], tnear[1], dir_x[1], dir_y[1], dir_z[1], time[1],
@@ -169,7 +169,7 @@ void intersect(const int* valid, RTCScene scene, test::EmbreeContext& context, R
     test::intersect16(valid, scene, context, test::RayOrder::kCoherent, rays);
 }
 
-/// The hits of a strip of rows, stored like a band: the pixels' lists one after another.
+/// The hits of a strip of rows, stored like a band: one pixel's list after another.
 struct Strip {
     std::vector<EmbreeHit> hits{};
     std::vector<std::uint32_t> ends{};  ///< end of each pixel's list in `hits`
@@ -178,7 +178,7 @@ struct Strip {
 template <class RayHit, int kColumns, int kRows>
 std::uint64_t traceStrip(RTCScene scene, const Rays& rays, const Window& window,
                          const TakeHits& take) {
-    static thread_local Strip strip;  // static, to reuse its storage
+    static thread_local Strip strip;  // static, to keep its memory
     static thread_local Collector collector;
     collector.context = test::embreeContext(test::RayOrder::kCoherent);
     strip.hits.clear();
@@ -216,7 +216,7 @@ struct EmbreeLayers::State {
     RTCScene scene = nullptr;
     std::vector<std::unique_ptr<Surface>> surfaces{};
     std::size_t triangles = 0;
-    bool culls = true;  ///< whether culling applies to single-sided materials
+    bool culls = true;  ///< whether to cull back faces of single-sided materials
 
     Surface& surfaceOf(const Scene& scene_file, const Material& material);
     void add(const PosedScene& posed, const MeshInstance& instance, std::size_t primitive);

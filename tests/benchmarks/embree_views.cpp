@@ -29,7 +29,7 @@ namespace {
 
 constexpr std::size_t kPlanes = 15;
 
-/// The depths of a picture, as stored in a file: halves, −1 where there is no layer.
+/// The depths of a picture in the file's format: halves, −1 for a missing layer.
 class DepthPlanes {
   public:
     explicit DepthPlanes(const View& view)

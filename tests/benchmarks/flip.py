@@ -12,13 +12,13 @@ from typing import List, Sequence, Tuple
 
 import numpy as np
 
-# The screen is 0.7 m wide, has 3840 pixels per row, and is viewed from 0.7 m.
+# A screen of 3840 pixels on 0.7 m, viewed from 0.7 m.
 PIXELS_PER_DEGREE = 0.7 * (3840 / 0.7) * math.pi / 180
 Q_COLOR, Q_FEATURE = 0.7, 0.5  # exponents q_c and q_f
 KNEE, KNEE_ERROR = 0.4, 0.95  # p_c and p_t: errors up to 0.4 of the maximum are mapped to 0.95 of the range
 FEATURE_DEGREES = 0.082  # w: the width of the edge that is most visible
 
-# The primaries and white of sRGB (IEC 61966-2-1), and the white in XYZ that follows from them.
+# The primaries and white of sRGB (IEC 61966-2-1), and the white in XYZ.
 TO_XYZ = np.array([[10135552 / 24577794, 8788810 / 24577794, 4435075 / 24577794],
                    [2613072 / 12288897, 8788810 / 12288897, 887015 / 12288897],
                    [1425312 / 73733382, 8788810 / 73733382, 70074185 / 73733382]])

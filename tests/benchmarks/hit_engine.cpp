@@ -39,7 +39,7 @@
 namespace peeler::benchmark {
 namespace {
 
-/// A direction that is not along an axis or in a symmetry plane of the scenes.
+/// Not along an axis or in a symmetry plane of the scenes.
 constexpr glm::dvec3 kDirection{0.36, -0.48, -0.8};
 
 /// A sink that forwards the bands of a bundle to a function.
@@ -55,7 +55,7 @@ class BandSink final : public Sink {
     Take take_;
 };
 
-/// Maps that are evaluated like those of files, but not written.
+/// Maps that are evaluated, but not written.
 class UnwrittenMaps final : public RayMapOutput {
   public:
     using RayMapOutput::RayMapOutput;
@@ -114,7 +114,7 @@ class HitEngine {
     }
 
     Contender contender(const std::string& name);
-    /// Stores all hits. Returns the memory that they take, in bytes.
+    /// Stores all hits in memory. Returns their bytes.
     std::uint64_t kept();
     nlohmann::json result() const {
         nlohmann::json result = told_;
@@ -195,7 +195,7 @@ void HitEngine::voxels() {
 }
 
 std::uint64_t HitEngine::kept() {
-    std::ofstream("/proc/self/clear_refs") << 5;  // resets the peak to the current resident size
+    std::ofstream("/proc/self/clear_refs") << 5;  // resets the peak memory to the current size
     const std::uint64_t before = residentBytes();
     std::vector<LayeredImage> bands;
     told_["hits"] = trace(
@@ -225,7 +225,7 @@ nlohmann::json measure(const Options& options) {
     for (const std::string& name : names)
         contenders.push_back(engine.contender(name));
     for (const Contender& contender : contenders)
-        contender.work();  // an untimed run
+        contender.work();
     for (int i = 0; i < options.runs; ++i) {
         for (const Contender& contender : contenders) {
             const double before = processorMilliseconds();

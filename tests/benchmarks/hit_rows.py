@@ -9,8 +9,8 @@ from typing import Any, Callable, Dict, Iterator, List, Tuple
 import scenes
 from side_by_side import Bench, Row, exponent, say
 
-# For each scene: the rays of a bundle (width, height), and the target, which is lower for scenes with more hits to
-# sort.
+# For each scene: the rays of a bundle (width, height), and the target. Scenes with more hits to sort have lower
+# targets.
 SOUPS: Dict[str, Tuple[int, int, float]] = {
     "soup-192k": (1920, 1080, 0.35), "soup-1728k": (1920, 1080, 0.35), "soup-1280k": (1920, 1080, 0.35),
     "soup-640k": (1920, 1080, 0.5), "cube-192k": (512, 512, 0.35), "cube-160k": (1024, 1024, 0.35)}

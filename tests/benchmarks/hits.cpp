@@ -102,7 +102,7 @@ nlohmann::json measure(const Options& options) {
     nlohmann::json result = {{"threads", threadCount()}, {"hits", hits.hits()}};
     for (int i = 0; i < options.runs; ++i) {
         for (const Contender& contender : contenders) {
-            // so that the run creates the file
+            // Creating the file is part of the run.
             if (contender.name == "npz") std::filesystem::remove(hits.path());
             const double before = processorMilliseconds();
             result["milliseconds"][contender.name].push_back(milliseconds(contender.work));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shared parts of the benchmark programs: a scene file with its view, and the timing of runs in
-// turn.
+// Shared parts of the benchmark programs: a scene file with its view, and timing of alternating
+// runs.
 #pragma once
 
 #include <functional>
@@ -17,17 +17,17 @@ namespace peeler::benchmark {
 struct Options {
     std::string scene{};
     int width = 1920, height = 1080, runs = 3;
-    int bundles = 1;  ///< number of bundles, only for programs that trace bundles
-    /// The parts to measure, from the program's own list; empty = its default.
+    int bundles = 1;  ///< for programs that trace bundles
+    /// The parts to measure, from the program's list; if empty, the program's default.
     std::vector<std::string> what{};
-    std::string folder = ".";  ///< folder for output files, which are removed afterwards
+    std::string folder = ".";  ///< folder for output files
 };
 
-/// Parses SCENE [--size 1920x1080] [--bundles 1] [--runs 3] [--what A,B] [--folder .], and sets the
-/// number of threads for peeler and for Mesa. Throws Error (kUsage).
+/// Parses SCENE [--size 1920x1080] [--bundles 1] [--runs 3] [--what A,B] [--folder .]. Sets the
+/// number of threads of peeler and of Mesa. Throws Error (kUsage).
 Options parse(int count, char** arguments);
 
-/// A scene, read and framed as by `peeler render`.
+/// A scene that is read and framed as by `peeler render`.
 struct MeasuredScene {
     explicit MeasuredScene(const Options& options);
     Scene scene;
@@ -48,14 +48,13 @@ class CountingSink final : public Sink {
     std::uint64_t fragments = 0;
 };
 
-/// One of the alternatives that a benchmark compares.
 struct Contender {
     std::string name;
     std::function<void()> work;
 };
 
-/// Returns {contender: milliseconds of every run}. After one untimed run each, the contenders take
-/// turns in `runs` rounds.
+/// Returns {contender: milliseconds of every run}. Each contender runs once untimed. Then the
+/// contenders take turns in `runs` rounds.
 nlohmann::json timesInTurn(const std::vector<Contender>& contenders, int runs);
 
 /// Returns the milliseconds that `work` takes.

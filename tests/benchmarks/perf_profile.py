@@ -10,7 +10,7 @@ from typing import Any, Sequence
 
 from side_by_side import run
 
-# Parts of perf's library names, and the names to print.
+# Parts of perf's names of libraries, with the names to print.
 LIBRARIES = (("[JIT]", "compiled shaders"), ("[kernel", "kernel"), ("[vdso]", "kernel"), ("swrast_dri", "Mesa"),
              ("ld-linux", "dynamic linker"), ("libc.so", "libc"), ("libm.so", "libm"))
 LEAST = 3.0  # smallest share to mention, in per cent

@@ -21,8 +21,8 @@ REASONS: Dict[str, str] = {
     "exponent of time over fragments of N quads": "from 8 to 16 layers, the compiled shaders' share grows",
 }
 
-# The reasons why three.js's pictures differ much from ours, by row name. Each is the first words of a paragraph in
-# examples/guide/light.md, "Beside three.js".
+# The reasons why three.js's pictures differ much from peeler's, by row name. Each reason is the first words of a
+# paragraph in examples/guide/light.md, "Beside three.js".
 THREE: Dict[str, str] = {
     **{name: "Glass" for name in ("GlassVaseFlowers", "LightsPunctualLamp", "ToyCar", "TransmissionTest")},
     **{name: "Cloth" for name in ("cloth, roughness 0.3", "cloth, roughness 0.8")},

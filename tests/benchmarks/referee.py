@@ -40,7 +40,7 @@ import OpenImageIO as oiio
 from referee_spheres import WHITE, Array, Ball, balls, environment, scene
 
 VIEW = np.array([0.0, 0.0, 1.0])  # points from every surface toward the eye
-# The limits of Nearness for roughness 0.2 and above.
+# The limits of a Nearness for roughness 0.2 and above.
 MEAN, ERROR, FURNACE = 0.03, 0.1, 0.02
 
 

@@ -440,7 +440,7 @@ def main() -> int:
         try:
             readme = with_numbers(README.read_text(encoding="utf-8"), results)
         except LookupError as missing:
-            # A row of the README would be missing, so neither file is written.
+            # Write neither file, because a row of the README would be missing.
             print(text)
             say(f"{name} is not written: {missing}")
             return 1

@@ -22,8 +22,8 @@ Rows = Iterator[Row]
 def capture(bench: Bench) -> Rows:
     every = (*SPHERES, "forest", "city", *REAL)
     for size in bench.at(HD, UHD):
-        # Four times the pixels take four times as long, so only half of the scenes are measured in large pictures,
-        # unless only large pictures were requested.
+        # Large pictures take four times as long, so measure only half of the scenes in them, unless only large pictures
+        # were requested.
         half = size == UHD and len(bench.sizes) > 1
         for name, path in bench.those(*(every[::2] if half else every)):
             say(f"capture: {name} at {size}")

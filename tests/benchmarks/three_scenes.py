@@ -15,7 +15,8 @@ from scene_kit.glb import REPEAT, Glb  # noqa: E402
 from scene_kit.png import png  # noqa: E402
 from scene_kit.shapes import quad, sphere  # noqa: E402
 
-# three.js filters cube faces a quarter as wide as the picture; with this width both programs use the same resolution.
+# three.js filters cube faces a quarter as wide as the picture. With this width, both programs filter at the same
+# resolution.
 WIDTH, HEIGHT = 2048, 1024
 
 # Paths of models, relative to gltf-sample-assets.
@@ -52,7 +53,7 @@ MODELS: Tuple[str, ...] = (
     "TransmissionTest/glTF-Binary/TransmissionTest.glb",
     "UnlitTest/glTF-Binary/UnlitTest.glb",
     "VertexColorTest/glTF-Binary/VertexColorTest.glb",
-    # The next models are missing in some copies of the model collection.
+    # Some copies of the model collection lack the models below.
     "MetalRoughSpheres/glTF-Binary/MetalRoughSpheres.glb",
     "TextureTransformMultiTest/glTF-Binary/TextureTransformMultiTest.glb",
     "ToyCar/glTF-Binary/ToyCar.glb",

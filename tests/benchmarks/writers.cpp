@@ -54,7 +54,6 @@ Imath::Box2i boxOf(const Window& window) {
     return {{window.x0, window.y0}, {window.x1 - 1, window.y1 - 1}};
 }
 
-/// A sink that keeps the bands.
 class KeepingSink final : public Sink {
   public:
     void begin(const Plan&) override {}
@@ -153,8 +152,8 @@ Imf::Header headerOf(const Picture& picture, const std::string& name, const Wind
     return header;
 }
 
-/// Writes all parts with OpenEXR's classes. Each part has the layer's data window if `cropped`,
-/// otherwise the whole picture. Returns milliseconds.
+/// Writes all parts with OpenEXR's classes: the layers' data windows if `cropped`, otherwise whole
+/// pictures. Returns milliseconds.
 double writeLayered(const Picture& picture, const std::string& path, bool cropped) {
     const Window whole = picture.plan.view.crop;
     const std::size_t layers = picture.plan.layers.size();
@@ -182,7 +181,7 @@ double writeLayered(const Picture& picture, const std::string& path, bool croppe
     return watch.total();
 }
 
-/// Pointers to the samples of every pixel, as the frame buffer needs them for each channel.
+/// Pointers to the first sample of every pixel, for each channel of the frame buffer.
 struct DeepPointers {
     explicit DeepPointers(const LayeredImage& image) {
         const std::size_t pixels = image.window.pixels();
@@ -199,7 +198,7 @@ struct DeepPointers {
 
     Imf::DeepFrameBuffer frameBuffer(const Window& window) {
         const auto width = static_cast<std::size_t>(window.width());
-        // Addresses of OpenEXR's slices are relative to the origin of the display window.
+        // OpenEXR's slices address pixels relative to the display window's origin.
         const auto at = [&](auto& values) {
             const auto back = static_cast<std::ptrdiff_t>(window.y0) * window.width() + window.x0;
             return reinterpret_cast<char*>(values.data()) -
@@ -250,7 +249,7 @@ double writeOurs(const Picture& picture, const std::string& path) {
     return watch.total();
 }
 
-/// A row of the comparison: one writer.
+/// A writer to compare.
 struct Row {
     std::string name;
     std::function<double(const std::string& path)> write;
@@ -260,14 +259,14 @@ bool asked(const Options& options, const char* name) {
     return std::ranges::count(options.what, name) != 0;
 }
 
-/// Times the rows in turn. Our writer is the first of them.
+/// Times the rows, which take turns. The first row is peeler's writer.
 nlohmann::json compared(std::vector<Row> rows, const Options& options) {
     if (asked(options, "ours")) rows.resize(1);
     nlohmann::json result = nlohmann::json::object();
     for (int i = 0; i < options.runs; ++i) {
         for (const Row& row : rows) {
             const fs::path path = fs::path(options.folder) / (row.name + ".exr");
-            fs::remove(path);  // so that OpenEXR creates the file, as our writer does
+            fs::remove(path);  // so that OpenEXR creates the file, as peeler does
             result["milliseconds"][row.name].push_back(row.write(path.string()));
             result["bytes"][row.name] = fs::file_size(path);
             fs::remove(path);

@@ -187,7 +187,7 @@ class HitRows(PeelerTest):
         self.assertEqual({row.scene: row.target for row in rows["bundle"]}["soup-640k"], 0.5)
         self.assertEqual(len(rows["bundle"]), 8)
         self.assertEqual([row.size for row in rows["bundles"]], ["resolution 512", "resolution 1024", "resolution 1024"])
-        # The canned times are 1.2 times the time of the hits for thickness, 2 times for parity. The limit is 1.3.
+        # The canned time is 1.2 times that of the hits for thickness, and 2 times for parity. The limit is 1.3.
         self.assertEqual([row.met for row in rows["maps"]], 2 * [True, False, True])
         for row in sum(rows.values(), []):
             self.assertTrue(row.ours_alone, row.what)
@@ -341,7 +341,7 @@ class AgainstThree(PeelerTest):
         self.assertAlmostEqual(measured.psnr, -20 * np.log10(0.05), 6)
         self.assertAlmostEqual(measured.luminance, 1.1, 6)
         self.assertGreater(measured.flip, 0)
-        # Values beyond the range of a screen differ in luminance but look the same.
+        # Values above the maximum of a screen differ in luminance but look the same.
         bright = against_three.compared(4 * theirs, 8 * theirs)
         self.assertEqual((bright.psnr, bright.flip, bright.luminance), (np.inf, 0, 0.5))
         self.assertEqual(against_three.compared(theirs, theirs).psnr, np.inf)

@@ -21,7 +21,7 @@ COLMAP = shutil.which("colmap")
 
 SCENE = EXAMPLES / "scenes" / "coincident.glb"
 SIZE = (150, 110)
-# An off-centre camera with non-square pixels. In OpenCV's convention, (0, 0) is the centre of the first pixel.
+# An off-centre camera with non-square pixels. As in OpenCV, (0, 0) is the centre of the first pixel.
 K = np.array([[180.0, 0, 61.25], [0, 205.5, 70.5], [0, 0, 1]])
 NEAREST = 1e-3  # the largest error of a projection, in pixels
 

@@ -31,7 +31,7 @@ class Dask(PeelerTest):
             "PYTHONUNBUFFERED": "1",
             "LP_NUM_THREADS": "0",
         }
-        # A shard has two scenes, so that there are enough shards for both workers.
+        # Two scenes per shard, so that both workers get shards.
         self.script = self.folder / "dask" / "peeler_dask.py"
         shutil.copytree(EXAMPLES / "dask", self.script.parent)
         shutil.copytree(EXAMPLES / "worker", self.folder / "worker")
@@ -78,7 +78,7 @@ class Dask(PeelerTest):
         self.assertIn(f"{shards} shards of {len(scenes)} scenes, 1 failed", printed)
         self.assertIn("missing.glb", errors)
         written = sorted(out.glob("pictures-*.tar"))
-        # A shard that had only the missing scene does not exist.
+        # The shard of the missing scene does not exist if it has no other scene.
         self.assertGreaterEqual(len(written), shards - 1)
         self.assertEqual(sorted(path.suffix for path in out.iterdir()), [".tar"] * len(written))
         first = self.folder / "first.tar"

@@ -33,7 +33,7 @@ class Debian13(PeelerTest):
             target.parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(SOURCE / name, target)
         root.folder = "/peeler"
-        # The style check needs git, and depends on the release of clang-format, so it runs only on Debian 12.
+        # The style check needs git and Debian 12's clang-format.
         root.variables["PEELER_STYLE"] = "unchecked"
         if ASSETS.is_dir():
             pathlib.Path(root.root, "assets").mkdir()

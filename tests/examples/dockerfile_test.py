@@ -133,7 +133,7 @@ class Parts(PeelerTest):
             for name in re.findall(r'(?m)^#include "(.+)"', file.read_text(encoding="utf-8")):
                 self.assertTrue((source / name).exists(), f"{file} needs {name}")
 
-        # Installs the program of this build, and all files that the other stage copies.
+        # Install this build's program, and all files that the other stage copies.
         prefix = str(self.scratch / "usr" / "local")
         shutil.copy(self.program, made / "peeler")
         shutil.copytree(f"{self.build}/lib/peeler", made / "lib" / "peeler", dirs_exist_ok=True)
@@ -200,8 +200,7 @@ class Dockerfile(PeelerTest):
         image = builder.build(FILE)
         self.say(f"built; {shutil.disk_usage(self.scratch).used / 1e9:.1f} GB")
 
-        # Runs the program as the example at the top of the Dockerfile does, and as with `docker run
-        # --user`.
+        # Run the program as in the example at the top of the Dockerfile, and as with `docker run --user`.
         shutil.copy(EXAMPLES / "scenes" / "coincident.glb", f"{image.root}/work/scene.glb")
         os.chown(f"{image.root}/work", 65534, 65534)
         osmesa = ("--size", "320x180", "--backend", "osmesa")
@@ -217,7 +216,6 @@ class Dockerfile(PeelerTest):
             self.assertEqual(done.returncode, 0, done.stdout)
         self.assertIn("layers.exr: good, 6 layers", done.stdout)
 
-        # The picture equals one rendered outside the root.
         outside = f"{self.scratch}/outside.exr"
         self.render(f"{image.root}/work/scene.glb", "-o", outside, *osmesa)
         done = peeler("compare", f"{image.root}/work/osmesa.exr", outside)

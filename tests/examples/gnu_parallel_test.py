@@ -50,7 +50,7 @@ class GnuParallel(PeelerTest):
         return done, codes
 
     def test_resume(self):
-        # A file has the name of the output folder, so the first failure ends the run.
+        # The output folder's name is taken by a file, so the first failure ends the run.
         self.frames.write_text("")
         done, codes = self.run_script()
         self.assertNotEqual(done.returncode, 0)

@@ -27,7 +27,7 @@ MODELS = 8  # the number of models from the asset folder
 
 # Three fragments in two pixels: pixel, Z, R, G, B, A (as bits), node, instance, triangle.
 FRAGMENTS = ((3, 1000, 50, 51, 52, 53, 1, 0, 7), (3, 2000, 60, 61, 62, 63, 1, 0, 8), (5, 3000, 1, 2, 3, 4, 2, 0, 0))
-# These fragments as in nine moved pictures: pixel, node, instance, triangle, number of pictures, least and greatest Z.
+# The same fragments in nine moved pictures: pixel, node, instance, triangle, number of pictures, minimum and maximum Z.
 MOVED = "3 1 0 7 9 990 1010\n3 1 0 8 4 2000 2000\n4 1 0 8 5 2000 2000\n5 2 0 0 9 3000 3000\n"
 HALF = 14336  # 0.5 as a half float
 
@@ -38,8 +38,8 @@ def changed(column, by, row=0):
     return rows
 
 
-# Each row: the fragments to compare; how many are equal, differ in depth, differ in colour, lie at edges, and exceed
-# all limits; whether the comparison passes.
+# Each row: the fragments to compare; the numbers of fragments that are equal, differ in depth, differ in colour, lie at
+# edges, and exceed all limits; whether the comparison passes.
 VERDICTS = (
     (FRAGMENTS, (3, 0, 0, 0, 0), True),
     (FRAGMENTS[::-1], (3, 0, 0, 0, 0), True),

@@ -22,9 +22,9 @@ from peeler_command import PEELER, SOURCE, main
 PATTERNS = ("README.md", "*/README.md", "examples/*/*.md")
 RUN, NO_RUN, PRINTED = "sh", "sh no-run: ", "text"
 INDENTED = re.compile(r"(?: {4,}|\t)(?:\$ )?(?:peeler|sh|python3|cmake|docker|mkdir) ")
-# The chosen renderer and its times depend on the machine.
+# Lines that depend on the machine: the chosen renderer, and times.
 OF_THE_MACHINE = re.compile(r"peeler: (no GPU can be used, so .*|[a-z]+ +\d+ %)")
-# With a sanitizer, memory need and first use are not those of the product.
+# Outputs with this text are not compared in sanitizer builds, which need another amount of memory.
 OF_A_SANITIZER = "the memory budget is" if os.environ.get("PEELER_SANITIZE") else None
 
 
@@ -127,7 +127,7 @@ class Commands(unittest.TestCase):
         programs.mkdir()
         (programs / "peeler").symlink_to(shutil.which(PEELER))
         (programs / "python3").symlink_to("/usr/bin/python3")  # Debian's Python, which has numpy
-        # Commands run on a copy, because they may write to the folder.
+        # A copy, because commands may write to the folder.
         shutil.copytree(SOURCE / "examples", self.folder / "examples")
         self.environment = {
             key: value
@@ -160,7 +160,7 @@ class Commands(unittest.TestCase):
 
     def run_document(self, path):
         found = blocks(path.read_text(encoding="utf-8"))
-        # Prints the count first, because ctest keeps only the beginning of a long output.
+        # ctest keeps only the beginning of a long output, so print the count first.
         print(left_out(found), flush=True)
         for block, after in zip(found, [*found[1:], None]):
             if block.language != RUN:

@@ -14,7 +14,7 @@ from peeler_command import EXAMPLES, PEELER, PeelerTest, main, peeler, skip
 BUILD = pathlib.Path(os.environ.get("PEELER_BUILD", pathlib.Path(PEELER).parent))
 SCENE = EXAMPLES / "scenes" / "engine.glb"
 PUBLIC = EXAMPLES.parent / "cmd" / "library" / "include"
-# Leaks in drivers are not errors of the client or the library.
+# Leaks in drivers are not leaks of the client or the library.
 os.environ["LSAN_OPTIONS"] = f"suppressions={EXAMPLES.parent}/tests/sanitizers/leaks.txt:print_suppressions=0"
 
 
@@ -38,8 +38,7 @@ class Library(PeelerTest):
         cls.libraries = next(cls.prefix.rglob("libpeeler.so")).parent
         shutil.copytree(EXAMPLES / "library", cls.home / "example")
         cls.built = cls.home / "built"
-        # With a sanitizer in the client, the test also covers the headers' inline code and the data that the client
-        # receives.
+        # The sanitizers in the client also check the headers' inline code and the data that the client receives.
         cls.configured = run(
             "cmake", "-S", cls.home / "example", "-B", cls.built,
             f"-DCMAKE_PREFIX_PATH={cls.prefix}", "-DCMAKE_BUILD_TYPE=Debug",
@@ -85,7 +84,7 @@ class Library(PeelerTest):
         self.assertGreater(int(bands), 1)
         self.assertLess(float(off), 1e-6)
         self.assertEqual(peeled.read_bytes()[1:4], b"PNG")
-        # A picture of all layers, written with the library, is the command's composite.
+        # The library's picture of all layers equals the command's composite.
         done = run(self.built / "gpu_layers", scene, whole)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         self.render(scene, "--size", "640x360", "-o", ours)

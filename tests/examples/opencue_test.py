@@ -44,7 +44,7 @@ def submitted(*arguments):
     launched = []
 
     def launch(job, use_pycuerun=True):
-        # With pycuerun, Cuebot would get the command line of pycuerun, which has no #FRAMESPEC#.
+        # With pycuerun, Cuebot would get pycuerun's command line, which has no #FRAMESPEC#.
         assert not use_pycuerun
         launched.append(job)
 

@@ -105,7 +105,7 @@ class OpenJD(PeelerTest):
             fingerprints(self.folder / "the frames"), fingerprints(self.folder / "whole")
         )
 
-        # Progress messages follow "How Jobs Are Run", section "Stdout/Stderr Messages".
+        # Format of progress messages: "How Jobs Are Run", section "Stdout/Stderr Messages".
         for _, text in self.lines[:-1]:
             progress = [
                 float(n) for n in re.findall(r"^openjd_progress: (\d+(?:\.\d+)?)$", text, re.M)

@@ -21,7 +21,7 @@ MS_BIND, MS_REC, MS_PRIVATE = 0x1000, 0x4000, 0x40000
 PR_SET_PDEATHSIG = 1
 SIOCSIFADDR, SIOCGIFFLAGS, SIOCSIFFLAGS, IFF_UP = 0x8916, 0x8913, 0x8914, 1
 
-# A folder that exists on every Linux. The test's own tmpfs is mounted on it.
+# A folder that exists on every Linux. The test mounts its own tmpfs there.
 SCRATCH = "/dev/shm"
 
 # An additional address. Slurm calls getaddrinfo() with AI_ADDRCONFIG, which finds no address on a machine that has only

@@ -11,7 +11,7 @@ import time
 import own_machine
 from peeler_command import PeelerTest, main, skip
 
-# A test that starts an orphaned daemon, and writes a file into the virtual machine's memory.
+# A test that starts an orphaned daemon, and writes a file to the virtual machine's memory.
 TEST = """
 import os, subprocess, time, own_machine
 def body():

@@ -104,7 +104,7 @@ class Parts(PeelerTest):
         self.assertGreater(len(pages), 10)
         self.assertEqual(pages - files, set())
         for page in (self.scratch / "peeler/usr/share/man/man1").iterdir():
-            # The gzip header has no name and no time (RFC 1952), so the same page gives the same file.
+            # Without name and time in the gzip header (RFC 1952), the same page gives the same file.
             head = page.read_bytes()[:8]
             self.assertEqual((head[3], head[4:8]), (0, bytes(4)), page)
         for file in (
@@ -114,7 +114,7 @@ class Parts(PeelerTest):
             self.assertIn(file, files)
         version = self.field("peeler", "Version")
         self.assertIn(f"libpeeler0 (= {version})", self.field("peeler", "Depends"))
-        # The modules that the program loads are in the package of the library.
+        # The library's package has the modules that the program loads.
         together = self.scratch / "together"
         for name in ("peeler", "libpeeler0"):
             shutil.copytree(self.scratch / name, together, symlinks=True, dirs_exist_ok=True)
@@ -150,7 +150,7 @@ class Parts(PeelerTest):
         self.assertRegex(
             run("dpkg-deb", "-I", self.packages["libpeeler0"], "shlibs"), r"^libpeeler 0 libpeeler0 \(>="
         )
-        # The installed file refers to its own prefix.
+        # The prefix in the installed file is the file's own.
         (config,) = (self.scratch / "libpeeler-dev").rglob("peeler.pc")
         prefix = re.search(r"^prefix=\$\{pcfiledir\}/(.*)$", config.read_text(), re.M)[1]
         usr = self.scratch / "libpeeler-dev" / "usr"
@@ -226,7 +226,6 @@ class Roots(PeelerTest):
         cls.scratch = own_machine.SCRATCH
         own_machine.mount("none", cls.scratch, "tmpfs", data=f"size={int(NEEDED)}")
         cls.say(f"a root of {debian.make_root(debian.suite(), f'{cls.scratch}/base')}")
-        # The program in the build folder renders the expected files.
         cls.expected = pathlib.Path(cls.scratch, "expected")
         cls.expected.mkdir()
         shutil.copy(EXAMPLES / "scenes" / SCENE, cls.expected)
@@ -312,7 +311,6 @@ class Roots(PeelerTest):
         self.run_in(root, "apt-get", "purge", "-y", "-qq", "--auto-remove", *self.packages)
         left = [file for file in brought if os.path.lexists(root.root + file)]
         self.assertEqual(left, [])
-        # No generated file remains.
         found = self.run_in(root, "find", "/usr", "/etc", "/var", "/opt", "/root", "-name", "*peeler*")
         self.assertEqual(found, "")
 
@@ -345,7 +343,6 @@ class Roots(PeelerTest):
         info = run(BUILD / "peeler", "info", "layers.exr", "--json", cwd=self.expected)
         fragments = re.search(r'"fragmentsStored": (\d+)', info)[1]
         self.assertIn(f" {fragments} fragments of ", printed)
-        # The library finds exactly the fragments that the command finds.
         made = pathlib.Path(root.root, "work", "library.exr")
         compared = run(BUILD / "peeler", "compare", made, self.expected / "layers.exr", "--json")
         self.assertTrue(json.loads(compared)["identical"], compared)

@@ -48,7 +48,7 @@ class Samples(PeelerTest):
                 self.assertEqual((picture.shape, layers.shape, pose.shape), ((96, 96, 4), (96, 96, 15), (3, 4)))
                 self.assertEqual(layers.dtype, np.float16)
                 there = layers != -1
-                # LaRI's own check, with a threshold of 0: the picture's mask equals that of the first layer.
+                # LaRI's own check, with a threshold of 0: the mask of the picture equals that of the first layer.
                 np.testing.assert_array_equal(picture[..., :3].sum(-1) > 0, there[..., 0])
                 np.testing.assert_array_equal(picture[..., 3] > 0, there[..., 0])
                 self.assertTrue(np.all(there[..., 1:] <= there[..., :-1]))

@@ -13,10 +13,10 @@ from own_machine import ADDRESS
 
 PROGRAMS = ("slurmctld", "slurmd", "munged", "sbatch", "scontrol", "scancel", "squeue")
 
-# A timeout in seconds; a requeued job takes about ten.
+# Timeout in seconds; a requeued job takes about ten seconds.
 ENDLESS = 200
 
-# cred_expire is how long a requeued job waits for its old credential to expire; Slurm's minimum is 5 seconds.
+# cred_expire: the time that a requeued job waits for its old credential to expire (Slurm's minimum: 5 s).
 # config_overrides allows more CPUs than the machine has.
 CONFIGURATION = """\
 ClusterName=test

@@ -69,7 +69,7 @@ class Slurm(PeelerTest):
         cls.scene = animated_scene()
         if not ALL:
             return
-        # This job runs during the other tests, because Slurm checks time limits only every 30 seconds. sleep replaces a
+        # Slurm checks time limits only every 30 seconds, so this job runs during the other tests. sleep stands in for a
         # slow peeler.
         cls.late_log = cls.scratch / "late.log"
         cls.late = cls.sbatch(
@@ -253,11 +253,10 @@ class Slurm(PeelerTest):
         for name, job in jobs.items():
             task = self.cluster.wait_for(job)[0]
             ends[name] = task["ExitCode"], task["Restarts"]
-        # Without more memory, a retry would fail as well.
+        # A retry would have the same memory, so it would fail, too.
         self.assertEqual(ends["memory"], ("33:0", "0"), logs["memory"].read_text())
         self.assertIn("give it more memory", logs["memory"].read_text())
-        # This machine has no GPU, but another machine may have one, or this one later. So the job is requeued, but not
-        # forever.
+        # Another machine may have a GPU, or this machine may get one. So the job is requeued, but not forever.
         if ends["gpu"] == ("0:0", "0"):
             self.skipTest("this machine has a GPU: no exit code 5")
         self.assertEqual(ends["gpu"], ("5:0", "1"), logs["gpu"].read_text())

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fuzz target for camera files of every format. The input has the format, the convention, and then
-// the files of the format, separated by kBetween.
+// Fuzz target for camera files of every format. The input has the format, the convention, and the
+// format's files, separated by kBetween.
 #include <array>
 #include <iterator>
 
@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::string_view kBetween = "%%%%";
 
-/// The file names of a format, and the name passed to the reader. "" passes the folder.
+/// The file names of a format, and the name passed to the reader ("": the folder).
 struct CameraFiles {
     std::array<std::string_view, 3> files;
     std::string_view named;
@@ -30,8 +30,8 @@ constexpr CameraFiles kCameraFiles[] = {
     {{"views.jsonl", "", ""}, "views.jsonl"},
 };
 
-/// Removes the bytes up to the mark, and the mark, from the input. Returns the bytes before the
-/// mark.
+/// Removes the bytes up to the next kBetween, and kBetween, from the input. Returns the bytes
+/// before kBetween.
 Input takePart(Input& bytes) {
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     const std::size_t end = std::min(text.find(kBetween), text.size());

@@ -45,7 +45,7 @@ void repairPng(Bytes bytes) {
     }
 }
 
-/// Repairs the checksums of uncompressed members. Finds them through the central directory.
+/// Repairs the checksums of uncompressed members, found through the central directory.
 void repairZip(Bytes bytes) {
     constexpr std::size_t kEntry = 46, kLocal = 30;
     for (std::size_t at = 0; at + kEntry <= bytes.size(); ++at) {
@@ -55,7 +55,7 @@ void repairZip(Bytes bytes) {
         const std::size_t begin = local + kLocal +
                                   littleEndianAt<std::uint16_t>(bytes, local + 26) +
                                   littleEndianAt<std::uint16_t>(bytes, local + 28);
-        // ZIP64: in peeler's own files, the size comes first in the extra field.
+        // In ZIP64 files of peeler, the extra field begins with the size.
         if (size == 0xFFFFFFFFU)
             size = littleEndianAt<std::uint64_t>(
                 bytes, at + kEntry + littleEndianAt<std::uint16_t>(bytes, at + 28) + 4);

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fuzz target for Draco data. Decodes like peeler_decode, but in this process: it links
-// formats/modules/draco_decoder.cpp with another name for its main function, and this file replaces
-// the functions of helper_main.cpp.
+// Fuzz target for Draco data. Decodes in this process, like peeler_decode: links
+// formats/modules/draco_decoder.cpp with another name for its main function, and replaces the
+// functions of helper_main.cpp.
 //
-// The input has the number of requested attributes; the id, type and components of each; and then
-// the data.
+// The input has the number of requested attributes, the id, type and components of each attribute,
+// and the data.
 #include <array>
 
 #include "formats/gltf/gltf_decoders.h"

@@ -11,7 +11,7 @@
 namespace peeler::fuzz {
 namespace {
 
-/// Returns the top rows of a picture that can be read in 16 MiB of memory.
+/// Returns as many top rows of a picture as can be read in 16 MiB of memory.
 Window topOf(const LayeredInput& input) {
     Window window = input.info().plan.view.crop;
     window.y1 = std::min(window.y1, window.y0 + input.rowsFor(std::uint64_t{1} << 24));

@@ -3,12 +3,12 @@
 # of regression tests. See tests/README.md, "Fuzzing".
 file(GLOB fuzz_targets CONFIGURE_DEPENDS fuzz/*_fuzz.cpp)
 file(GLOB fuzz_seeds CONFIGURE_DEPENDS fuzz/*_seeds.cpp)
-# The main function of peeler_decode becomes an ordinary function here.
+# draco_decoder.cpp has the main function of peeler_decode, which is an ordinary function here.
 set(draco_in_process ${PROJECT_SOURCE_DIR}/formats/modules/draco_decoder.cpp)
 set_source_files_properties(${draco_in_process} PROPERTIES
     COMPILE_DEFINITIONS main=dracoDecoderMain SKIP_UNITY_BUILD_INCLUSION ON)
-# The linker must see this library before libdraco.so, which exports a tinygltf of its own with another layout (as in
-# unit_tests). The archive, which has the symbols needed here, comes later.
+# libdraco.so exports its own tinygltf with another layout, so the linker must see TINYGLTF_LIBRARY first (as in
+# unit_tests). The archive with the symbols needed here comes later.
 set(fuzz_libraries -Wl,--push-state,--no-as-needed,${TINYGLTF_LIBRARY},--pop-state draco::draco
     OpenEXR::OpenEXR meshoptimizer::meshoptimizer ${DEFLATE_LIBRARY} ${ZSTD_LIBRARY})
 
@@ -20,17 +20,16 @@ if(NOT PEELER_SANITIZE MATCHES "fuzzer")
     return()
 endif()
 
-# Optimised for compile time: the fuzzers run little of the command line's code.
+# -O1 compiles faster; the fuzzers run little of the command line's code.
 target_compile_options(peeler_cmd PRIVATE -O1 -gline-tables-only)
 
-# peeler_fuzz_program(NAME SOURCES...)
 function(peeler_fuzz_program name)
     add_executable(${name} EXCLUDE_FROM_ALL fuzz/fuzz_target.cpp ${ARGN})
     target_link_libraries(${name} PRIVATE peeler_formats nlohmann_json::nlohmann_json
         ${fuzz_libraries})
     target_include_directories(${name} PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
     target_link_options(${name} PRIVATE -Wl,--as-needed)
-    # Export the program's functions: instrumented modules call its coverage functions.
+    # Instrumented modules call the program's coverage functions, so export them.
     set_target_properties(${name} PROPERTIES UNITY_BUILD OFF ENABLE_EXPORTS ON)
 endfunction()
 

@@ -18,14 +18,14 @@ import tempfile
 
 SOURCE = pathlib.Path(__file__).resolve().parent
 SECONDS = 60
-# Limits for one input, in seconds and megabytes. An input that exceeds them is a finding.
+# Limits per input, in seconds and megabytes. Exceeding a limit is a finding.
 LIMITS = ["-timeout=10", "-rss_limit_mb=2048"]
 MOST_BYTES = 16384  # the maximum size of an input
-# Libraries allocate tens of megabytes for a small picture. Up to this threshold, the sanitizer clears its shadow memory
-# by writing zeros. Above it, the sanitizer maps new pages. With the default threshold, mapping took up half of the
-# running time of `image` and `round_trip`.
+# Libraries allocate tens of megabytes for a small picture. For allocations below this threshold, the sanitizer clears
+# its shadow memory by writing zeros; above it, by mapping new pages. With the default threshold, mapping took half of
+# the running time of `image` and `round_trip`.
 SHADOW = "clear_shadow_mmap_threshold=67108864"
-# LeakSanitizer crashes when the libraries of OpenImageIO have started threads.
+# LeakSanitizer crashes after OpenImageIO's libraries have started threads.
 NO_LEAKS = "detect_leaks=0"
 LOADS_LIBRARIES = {"image"}
 STATISTICS = re.compile(r"stat::(\w+): +(\d+)")
@@ -41,8 +41,8 @@ def run(build, target, seconds, scratch):
     begins = [corpus, build / "seeds" / target, SOURCE / "corpus" / target]
     dictionary = SOURCE / f"{target}.dict"
     command = [build / "tests" / f"{target}_fuzz", f"-max_total_time={seconds}", *LIMITS]
-    # Value profiles (-use_value_profile) stay off. With them, libFuzzer spends most of its time on its own statistics:
-    # after a quarter of an hour, `grammar` makes 62 executions per second instead of a thousand.
+    # No value profiles (-use_value_profile): they make libFuzzer spend most of its time on its own statistics. After a
+    # quarter of an hour, `grammar` then makes 62 executions per second instead of 1,000.
     command += [f"-max_len={MOST_BYTES}", "-print_final_stats=1"]
     command += [f"-artifact_prefix={findings}/"]
     command += [f"-dict={dictionary}"] if dictionary.exists() else []
@@ -79,7 +79,7 @@ def main(build, wanted="all", seconds=SECONDS):
         [build / "tests/write_seeds", build / "seeds"],
         check=True, env={**os.environ, "ASAN_OPTIONS": NO_LEAKS},
     )
-    # Targets write files all the time, so the folder is in memory. It is removed however a target ends.
+    # In memory, because targets write files all the time. Removed even if a target fails.
     shared = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
     found = False
     with tempfile.TemporaryDirectory(dir=shared) as scratch:

@@ -13,8 +13,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Returns the parent of the scratch folder. If possible it is in memory, because targets write and
-/// sync many files.
+/// Returns the parent of the scratch folder: in memory, if possible, because targets write and sync
+/// many files.
 fs::path placeOfFolder() {
     const bool chosen = std::getenv("TMPDIR") != nullptr;
     return !chosen && access("/dev/shm", W_OK) == 0 ? "/dev/shm" : fs::temp_directory_path();

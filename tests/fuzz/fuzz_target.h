@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parts shared by the fuzz targets: their declaration, and functions that make files and numbers
-// from bytes.
+// Parts shared by the fuzz targets: their declaration, and conversion of bytes to files and
+// numbers.
 #pragma once
 
 #include <algorithm>
@@ -20,8 +20,8 @@ namespace peeler::fuzz {
 
 using Input = std::span<const std::uint8_t>;
 
-/// A function that accepts any bytes. It may throw Error, which is the normal rejection of input;
-/// any other failure is a finding.
+/// A function that accepts any bytes. It may throw Error to reject its input; every other failure
+/// is a finding.
 struct Target {
     const char* name;
     void (*take)(Input);
@@ -40,8 +40,8 @@ void attempt(Work&& work) {
     }
 }
 
-/// Returns the path of a new file with this name and these bytes. Its folder is removed when this
-/// process ends.
+/// Returns the path of a new file with this name and these bytes. The end of the process removes
+/// the file's folder.
 std::string fileOf(std::string_view name, Input bytes);
 std::filesystem::path scratchFolder();
 
@@ -49,7 +49,7 @@ inline std::string textOf(Input bytes) {
     return {bytes.begin(), bytes.end()};
 }
 
-/// Takes numbers from the beginning of the bytes. At the end of the bytes, every number is 0.
+/// Takes numbers from the beginning of the bytes. After the last byte, every number is 0.
 class Taker {
   public:
     explicit Taker(Input bytes) : bytes_(bytes) {}
@@ -74,7 +74,7 @@ class Taker {
 
 }  // namespace peeler::fuzz
 
-// A libFuzzer program has one target, and a single thread, because inputs are small and findings
+// A libFuzzer program has one target. It has a single thread, because inputs are small and findings
 // must be reproducible. The regression tests have all targets in a table.
 #ifdef PEELER_LIBFUZZER
 #include <peeler/work.h>

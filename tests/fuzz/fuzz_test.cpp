@@ -19,8 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Mutates inputs in ways that imitate damage, editors and bad exporters. The same seed gives the
-/// same mutations.
+/// Mutates inputs like damage, editors and bad exporters. The same seed gives the same mutations.
 class Mutator {
   public:
     explicit Mutator(std::uint64_t seed) : random_(seed) {}
@@ -79,7 +78,7 @@ class Mutator {
     std::mt19937_64 random_;
 };
 
-/// Returns the number of mutations for a target: by default, 2,000 per format.
+/// Returns the number of mutations for a target: per format, 2,000, or 40 in the short run.
 std::size_t mutationsOf(const fuzz::Target& target) {
     const std::size_t formats = std::string_view(target.name) == "meshes" ? 3 : 1;
     return formats * (test::exhaustive() ? 2000 : 40);
@@ -105,7 +104,7 @@ TEST_P(Fuzz, TakesItsSeeds) {
 
 TEST_P(Fuzz, TakesMutationsOfItsSeeds) {
     const char* const given = std::getenv("PEELER_TEST_SEED");
-    // The short run decides whether a change is merged, so it must be repeatable.
+    // The short run decides whether a change is merged, so its results must be repeatable.
     const std::uint64_t seed = given                ? std::stoull(given)
                                : test::exhaustive() ? std::random_device{}()
                                                     : 1;
@@ -120,7 +119,7 @@ TEST_P(Fuzz, TakesMutationsOfItsSeeds) {
 
 TEST_P(Fuzz, TakesWhatItOnceFound) {
     const fs::path folder = test::sourceDir() / "tests/fuzz/corpus" / GetParam().name;
-    if (!fs::exists(folder)) return;  // this target has no findings so far
+    if (!fs::exists(folder)) return;  // no findings so far
     for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
         SCOPED_TRACE(entry.path().string());
         const std::string bytes = test::bytesOf(entry.path());

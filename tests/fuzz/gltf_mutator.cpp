@@ -24,7 +24,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Random = std::minstd_rand;
 
-/// Keys and values of glTF files, except those that the schema rejects in any case.
+/// Keys and values of glTF files, without those that the schema always rejects.
 constexpr const char* kWords[] = {"accessors",
                                   "alphaCutoff",
                                   "alphaMode",
@@ -194,7 +194,7 @@ std::optional<Parsed> parsed(Input bytes) {
     }
 }
 
-/// Stores the file in `out`. Returns its size in bytes; 0 if it is larger than `most`.
+/// Stores the file in `out`. Returns the number of bytes; 0 if it exceeds `most`.
 std::size_t store(const Parsed& file, std::uint8_t* out, std::size_t most) {
     std::string text = file.json.dump(-1, ' ', false, Json::error_handler_t::replace);
     std::string bytes;
@@ -265,8 +265,8 @@ class Mutator {
         const std::size_t size = file.binary.size();
         file.binary.resize(size + below(65));
         file.binary.resize(LLVMFuzzerMutate(file.binary.data(), size, file.binary.size()));
-        // Usually corrects the length of the buffer, because a buffer that is longer than the chunk
-        // is rejected at once.
+        // Usually correct the buffer's length, because a buffer longer than the chunk is rejected
+        // at once.
         if (below(8) != 0 && file.json.contains("buffers") && file.json["buffers"].is_array() &&
             !file.json["buffers"].empty() && file.json["buffers"][0].is_object())
             file.json["buffers"][0]["byteLength"] = file.binary.size();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Fuzz target for values on the command line (cameras, frames, numbers, and names with placeholders
-// for numbers) and for the JSON camera in files. The input has the kind of value, then the text.
+// for numbers) and for the JSON of cameras in files. The input has the kind of value, then the
+// text.
 #include <iterator>
 #include <sstream>
 
@@ -35,7 +36,7 @@ void takeCameraWords(const std::string& text) {
     if (view.projection.perspective) intrinsicsOf(view);
 }
 
-/// Expects a file's camera to be the same after writing it again.
+/// Expects the camera to stay the same when it is written and read again.
 void takeCameraJson(const std::string& text) {
     const std::string again = cameraJson(viewFromJson(text));
     if (cameraJson(viewFromJson(again)) != again)

@@ -10,7 +10,7 @@ void takeKtx2(Input input) {
     constexpr std::string_view kBegin = "\xABKTX 20\xBB";
     if (input.size() < kBegin.size() ||
         std::memcmp(input.data(), kBegin.data(), kBegin.size()) != 0)
-        return;  // skips textures of other formats
+        return;  // not KTX 2.0
     constexpr int kMostSide = 256;
     constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 20;
     decodeTexture(input, "texture", {kMostSide, kMostBytes});

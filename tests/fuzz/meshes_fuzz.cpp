@@ -11,7 +11,7 @@ namespace peeler::fuzz {
 namespace {
 
 void takeMeshes(Input input) {
-    if (!input.empty() && input[0] == '{') return;  // skips glTF, which has its own target
+    if (!input.empty() && input[0] == '{') return;  // glTF has its own target
     fileOf("scene.mtl", input);
     const std::string path = fileOf("scene.obj", input);
     SceneReadOptions options;

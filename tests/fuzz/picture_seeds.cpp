@@ -45,7 +45,7 @@ OutputOptions outputOptions(const char* layout, const char* compression) {
     return options;
 }
 
-/// Returns a flat picture like those of other programs: in scan lines, or in 4 × 4 tiles with all
+/// Returns a flat picture as other programs write it: in scan lines, or in 4 × 4 tiles with all
 /// mipmap levels.
 SeedBytes flatPicture(Imf::Compression compression, bool tiled, const char* channel) {
     constexpr int kWidth = 9, kHeight = 7;
@@ -73,7 +73,7 @@ SeedBytes flatPicture(Imf::Compression compression, bool tiled, const char* chan
     return bytesAt(path);
 }
 
-/// Returns a deep file like those of other programs.
+/// Returns a deep file as other programs write it.
 SeedBytes deepPicture(int tile, Imf::Compression compression) {
     test::DeepPart part;
     part.window = {{1, 0}, {6, 4}};
@@ -92,7 +92,7 @@ SeedBytes deepPicture(int tile, Imf::Compression compression) {
     return bytesAt(path);
 }
 
-/// Returns a Radiance picture with flat pixels, or with run lengths as in wide pictures.
+/// Returns a Radiance picture with plain pixels or, as in wide pictures, with run lengths.
 SeedBytes radiance(int width, bool packed) {
     std::string text =
         "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X " + std::to_string(width) + "\n";

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Fuzz target for round trips: writes a picture made from the input in every format that peeler
-// also reads, and expects to read the same bits.
+// also reads, and expects the reader to return the same bits.
 #include <cmath>
 #include <stdexcept>
 
@@ -22,8 +22,8 @@ void require(bool holds, const char* what) {
     if (!holds) throw std::logic_error(std::string("not the same: ") + what);
 }
 
-/// Takes channels and sorts them by name, as in a file. Channels whose names differ only after the
-/// last dot share an array.
+/// Takes channels and sorts them by name, as in a file. Channels that differ only after the last
+/// dot share an array.
 std::vector<FragmentArray> takeChannels(Taker& taker) {
     static constexpr std::array kNames = {
         "N.X",  "N.Y",   "N.Z",   "P.X",   "id.object", "id.instance", "id.material", "facing",
@@ -35,8 +35,7 @@ std::vector<FragmentArray> takeChannels(Taker& taker) {
     return fragmentArrays(channels);
 }
 
-/// Takes a depth of at least `least`: mostly `least` itself or the next float, which readers must
-/// distinguish.
+/// Takes a depth of at least `least`: mostly `least` or the next float, which must stay different.
 float takeDepth(Taker& taker, float least) {
     if (taker.flip()) return least;
     if (taker.flip()) return std::nextafter(least, 3e38F);
@@ -161,7 +160,7 @@ void checkLayeredFile(const std::string& path, const SyntheticPicture& picture,
     requireSame(image, wanted);
 }
 
-/// Expects an array's file to end with these bytes, the numbers of the array.
+/// Expects the .npy file of an array to end with these bytes.
 void requireNumbers(const NpzArchive& archive, const char* name, std::span<const std::byte> bytes) {
     const NpzArchive::Member* const member = archive.find(name);
     require(member != nullptr, name);

@@ -80,7 +80,7 @@ GltfBuilder richMesh() {
     return builder;
 }
 
-/// Returns a scene with animations in every interpolation.
+/// Returns a scene with animations of every interpolation mode.
 GltfBuilder animated() {
     GltfBuilder builder = richMesh();
     const int times =

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fuzzing seeds: small inputs for every target, made by the product's own writers and the builders
-// of the tests.
+// Fuzzing seeds: small inputs for every target, made by the product's writers and the tests'
+// builders.
 #pragma once
 
 #include <cstdint>

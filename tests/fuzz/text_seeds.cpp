@@ -23,7 +23,7 @@ constexpr const char* kBatches[] = {
 {"job":2,"verb":"render","hash":"0123456789abcde0","exitCode":3,"milliseconds":8,"warnings":["w"],"error":{"what":"no","hint":"try"}}
 )"};
 
-/// A text, and the index of its grammar in the target's table.
+/// A text, and its grammar's index in the target's table.
 struct Value {
     char grammar;
     const char* text;

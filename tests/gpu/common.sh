@@ -15,8 +15,7 @@ scenes() { # scenes [NAME]: prints lines of the table: name, file, options
     awk -v name="${1:-}" '!/^#/ && NF && (name == "" || $1 == name)' "$here/scenes.txt"
 }
 
-# capture NAME OUT CAMERAS [OPTIONS]: captures every fragment of a scene as arrays. OUT contains @ if there are several
-# cameras.
+# capture NAME OUT CAMERAS [OPTIONS]: captures every fragment of a scene as arrays. For several cameras, OUT contains @.
 capture() {
     set -- "$@" $(scenes "$1" | cut -s -d ' ' -f 2- | awk '{ $1 = ""; print }')
     scene=$here/scenes/$1.glb out=$2 cameras=$3
@@ -24,8 +23,8 @@ capture() {
     peeler render "$scene" -o "$out" --cameras "$cameras" --channels id --quiet "$@"
 }
 
-# array FILE NAME BYTES TYPE: prints an array of an .npz, with BYTES bytes per line, in the format TYPE of od. The
-# members must be uncompressed, as peeler writes them. The first 64-bit size in a header is that of the member
+# array FILE NAME BYTES TYPE: prints an array of an .npz, with BYTES bytes per line, in od's format TYPE. The members
+# must be uncompressed, as peeler writes them. The first 64-bit size in a local header is the member's size
 # (formats/README.md, "Arrays and points").
 array() {
     at=0

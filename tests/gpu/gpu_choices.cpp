@@ -18,8 +18,6 @@
 
 namespace peeler::benchmark {
 
-/// Returns the median time of `work` in milliseconds over `runs` calls, after an untimed call.
-/// Calls `prepare` before each.
 double milliseconds(const Settings& settings, const std::function<void()>& prepare,
                     const std::function<void()>& work) {
     using Clock = std::chrono::steady_clock;

@@ -22,13 +22,13 @@ struct Settings {
     }
 };
 
-/// Returns the median time of `work` in milliseconds over `runs` calls, after an untimed call.
-/// Calls `prepare` before each.
+/// Returns the median time of `work`, in milliseconds, over `runs` calls after an untimed call.
+/// Calls `prepare` before each call.
 double milliseconds(const Settings& settings, const std::function<void()>& prepare,
                     const std::function<void()>& work);
 
 /// A program whose stages all begin with the same lines. Throws std::runtime_error with the
-/// driver's log if it does not compile.
+/// driver's log if compilation fails.
 class Shaders {
   public:
     struct Stage {
@@ -49,10 +49,11 @@ class Shaders {
     GLuint name_;
 };
 
-// The two halves of the benchmark. Each throws std::runtime_error if two ways disagree.
+// The two halves of the benchmark. They throw std::runtime_error if two ways give different
+// results.
 
-/// Returns milliseconds by scene and way (gpu_counting.cpp); null for a way that the driver does
-/// not support.
+/// Returns milliseconds by scene and way (gpu_counting.cpp); null if the driver does not support
+/// the way.
 Json counting(const gl::Functions& gl, const Settings& settings);
 
 /// Returns milliseconds by kind of list and by step (gpu_sorting.cpp).

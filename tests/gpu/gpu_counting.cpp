@@ -18,7 +18,7 @@
 namespace peeler::benchmark {
 namespace {
 
-/// The triangles to draw: they cover the picture, or are scattered in it.
+/// A test scene: the triangles cover the picture, or are scattered in it.
 struct Triangles {
     const char* name;
     int count;
@@ -44,13 +44,13 @@ void main() {
 })"},
 };
 
-/// Where the counts are stored.
+/// The storage of the counts.
 enum class Counts { kBuffer, kTiles, kImage, kTarget };
 
 struct Way {
     const char* name;
     Counts counts;
-    const char* extension;  ///< the required extension; "" = none
+    const char* extension;  ///< required extension, or ""
     const char* fragment_shader;
 };
 
@@ -77,7 +77,7 @@ layout(location = 0) out float one;
 void main() { one = 1.0; })"},
 };
 
-/// Returns the first lines of all counting shaders: pixel addresses, and what this way defines.
+/// Returns the first lines of the counting shaders: the extension of this way, and pixel addresses.
 std::string beginningOf(const Settings& settings, const Way& way) {
     std::string text;
     if (*way.extension) text += std::string("#extension ") + way.extension + " : require\n";
@@ -99,7 +99,7 @@ PFNGLBINDIMAGETEXTUREPROC bindImageTexture() {
     return reinterpret_cast<PFNGLBINDIMAGETEXTUREPROC>(lookup("glBindImageTexture"));
 }
 
-/// The counts of all pixels, in the storage of every way.
+/// The storage of each way, and its counting pass.
 class Counter {
   public:
     Counter(const gl::Functions& gl, const Settings& settings)
@@ -118,7 +118,7 @@ class Counter {
         vertices_ = gl::VertexArray(gl, arrays);
     }
 
-    /// Runs a counting pass. Returns its time in milliseconds; stores the counts in `counts`, row
+    /// Runs a counting pass. Returns its time in milliseconds. Stores the counts in `counts`, row
     /// by row.
     double time(const Way& way, const Triangles& triangles, std::vector<std::uint32_t>& counts) {
         const Shaders shaders(gl_, beginningOf(settings_, way),

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Benchmark of sorting fragment lists. A quarter of the pixels have lists. The fragments are in a
-// random order, which is different for each pixel, or the same for runs of neighbours.
+// Benchmark of sorting fragment lists. A quarter of the pixels have lists. The fragments of a list
+// are in random order, which is different for each pixel, or the same for runs of neighbours.
 // - cpu: depthSort(), as in peeler; cpuAfterGpu: depthSort() of sorted lists
 // - gpu: a compute shader with one insertion sort per pixel; readBack: from GPU to CPU memory
 #include <algorithm>
@@ -18,19 +18,19 @@ namespace {
 
 constexpr std::size_t kWords = 4;  // words per fragment: depth, primitive, two for colour
 
-/// Lists of `most` / 2 to `most` fragments each.
+/// Lists with `most` / 2 to `most` fragments.
 struct Lists {
     std::vector<std::uint32_t> first{0}, words;
 
     Lists(std::size_t pixels, std::uint32_t most, bool alike) {
-        // If `alike`, 64 pixels in a row have the same depths.
+        // If `alike`, 64 successive pixels have the same depths.
         const std::size_t run = alike ? 64 : 1;
         std::minstd_rand random(most);
         std::vector<float> depths(most);
         for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
             if (pixel % run == 0)
                 for (float& depth : depths)
-                    // Only 64 different depths, so that some coincide.
+                    // 64 different values, so that some depths are equal.
                     depth = static_cast<float>(random() % 64) / 64.0F;
             const std::uint32_t count =
                 most - static_cast<std::uint32_t>(random() % (most / 2 + 1));

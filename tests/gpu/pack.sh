@@ -23,7 +23,7 @@ done
 . "$here/common.sh"
 
 # Packs the result of every scene on this machine, and the fragments of the picture moved by 1/256 of a pixel in each
-# direction (classify.awk). This misses no edge, because a step along both axes is longer than 1/256.
+# direction (classify.awk). These moves find all edges, because a step along both axes is longer than 1/256.
 renderer=$(peeler render "$source/examples/scenes/panes.glb" -o "$scratch/any.npz" --size 16x16 --json --quiet |
     sed -n 's/^ *"renderer": "\(.*\)",$/\1/p')
 echo "# made by $renderer: scene, fragments, layers" >"$here/references.txt"

@@ -5,8 +5,8 @@ cmake_minimum_required(VERSION 3.22)
 include(${SETTINGS})
 include(${CMAKE_CURRENT_LIST_DIR}/../../cmd/packages/libraries.cmake)
 
-# These libraries are large and hardly used: Embree only by tests that the run skips, the others (which LLVM links) only
-# by features that Mesa does not use.
+# Large libraries that are hardly used: Embree only by tests that the run skips; the others, which LLVM links, only by
+# features that Mesa does not use.
 set(unused "^lib(embree|z3|xml2|edit)")
 set(library_folders /usr/lib/${architecture} /lib/${architecture} /usr/lib /lib)
 
@@ -28,7 +28,7 @@ copy_libraries(libraries kept ${ROOT}/lib "${machines};${unused}"
     EXECUTABLES ${ROOT}/bin/peeler ${ROOT}/bin/gl_tests ${ROOT}/bin/gpu_choices)
 make_stand_ins("${unused}" "^$" ${ROOT}/lib ${kept} ${ROOT}/bin/gl_tests)
 
-# The rasteriser gets a folder of its own, so that no driver finds its LLVM.
+# The rasteriser's own folder, so that no driver finds its LLVM.
 find_file(osmesa libOSMesa.so.8 PATHS ${library_folders} NO_DEFAULT_PATH)
 if(NOT osmesa)
     message(STATUS "There is no libOSMesa.so.8 to be packed")

@@ -9,10 +9,10 @@ here=$(cd "$(dirname "$0")" && pwd)
 work=$here/work
 results=$here/results
 
-# The parts in order, each with its share of the time. Later parts may use the time that earlier parts leave.
+# The parts in order, each with its share of the time. Later parts may use time left by earlier parts.
 parts="devices 2  tests 46  methods 13  backends 8  references 8  lost 4  frames 9  benchmark 10"
 
-# The skipped GL tests: those that need Embree, and those that compare a software EGL with OSMesa.
+# The skipped GL tests. They need Embree, or compare a software EGL with OSMesa.
 embree=ClosedMeshes.*:Clip.ABallKeepsAsManyLayersAsEmbreeFindsHitsInside
 osmesa=Backends.*:Shadows.AreTheSameOnBothBackends
 
@@ -27,7 +27,8 @@ number() { # number KEY FILE: prints the last value of a key in JSON that has on
     sed -n 's/^ *"'"$1"'": \(.*[^,]\),*$/\1/p' "$2" | tail -n 1 | tr -d '"'
 }
 
-# judge WHAT FOUND EXPECTED NAME: checks that a scene's fragments in two files are the same, or differ within limits.
+# judge WHAT FOUND EXPECTED NAME: checks that two files have the same fragments of a scene, or fragments that differ
+# within limits.
 judge() {
     if cmp -s "$2" "$3"; then
         say passed "$1" "the same bytes, $(number fragmentsStored "$work/report.json") fragments"
@@ -86,7 +87,7 @@ tests() {
     PEELER_SOURCE=$here
     export PEELER_TEST_BACKEND PEELER_SOURCE
     for shard in 0 1 2 3 4 5 6 7; do
-        # LP_NUM_THREADS=0: the software rasteriser gets no extra threads, as under ctest.
+        # LP_NUM_THREADS=0: no extra threads for the software rasteriser, as under ctest.
         (
             code=0
             GTEST_TOTAL_SHARDS=8 GTEST_SHARD_INDEX=$shard LP_NUM_THREADS=0 LD_LIBRARY_PATH=$libraries \
@@ -196,7 +197,7 @@ frames() {
         say failed "$count frames" "exit code $code: $(head -n 3 "$work/error")"
         return
     fi
-    # The report has the peak of resident memory up to each frame.
+    # The report has, for each frame, the peak of resident memory so far.
     set -- $(sed -n 's/^ *"peakMemory": \([0-9]*\),*$/\1/p' "$work/frames.json" |
         awk -v early=$((count / 10)) 'NR == early { first = $1 } END { print NR, first, $1 }')
     [ "$1" = $count ] && [ $(($3 - $2)) -le $growth ] && verdict=passed || verdict=failed
@@ -204,7 +205,7 @@ frames() {
         "$1 rendered, $(($2 >> 20)) MiB resident at most after a tenth of them, $(($3 >> 20)) MiB after all"
 }
 
-# Times other ways to count and sort, next to peeler's own (gpu_choices.cpp).
+# Times ways to count and sort, peeler's own and others (gpu_choices.cpp).
 choices() {
     size="1920 1080 5"
     [ ! -f "$work/software" ] || size="480 270 3"

@@ -82,7 +82,7 @@ class Endurance(ModuleTest):
         def errors(i):
             for kind in range(4):
                 fail(kind)
-            # The reusable part of a stopped render depends on where it stopped.
+            # Render again, because the memory kept by a stopped render depends on where it stopped.
             self.r.layers(panes, size=(200, 200))
 
         self.assert_flat("rounds of errors", errors, RENDERS // 40)

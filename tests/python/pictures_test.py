@@ -195,7 +195,7 @@ class Cameras(ModuleTest):
     def test_intrinsics_and_pose_are_opencvs(self):
         """Expects the vertices of a scene at the places that the formula gives."""
         rng = np.random.default_rng(1)
-        # The scene has small, separate triangles. The colour of each triangle is its number.
+        # Small, separate triangles. The colour of each triangle is its number.
         places = rng.uniform(-1, 1, (12, 3))
         corner = np.array([[0, 0, 0], [0.06, 0, 0], [0, 0.06, 0]]) - [0.02, 0.02, 0]
         vertices = (places[:, None] + corner).reshape(-1, 3)

@@ -11,7 +11,7 @@ import unittest
 from module import BUILD, SCENES, ModuleTest, command, np, peeler, scene
 
 STUB = BUILD / "python" / "peeler" / "__init__.pyi"
-# Options of `peeler render` that are no keywords of the picture functions: options of files, the scene, the Renderer,
+# Options of `peeler render` that are not keywords of the picture functions: options for files, the scene, the Renderer,
 # sequences and reports.
 ELSEWHERE = set(
     "output no_clobber no_mkdir background exposure tone_map as_ no_composite fxaa skip_existing keep_going dry_run layout "

@@ -58,7 +58,7 @@ class Normalized(ModuleTest):
             np.testing.assert_allclose(unit.bounds, pickle.loads(pickle.dumps(unit)).bounds)
             self.assertEqual(unit.nodes, model.nodes)
             self.assertGreater(np.ptp(model.bounds, axis=0).max(), 1)  # the original is as it was
-        # The middle of the bounds is (3, 2, 1), and the farthest vertex is sqrt(5) away.
+        # The middle of the bounds is (3, 2, 1). The farthest vertex is at distance sqrt(5) from it.
         sphere = box.normalized("unit-sphere")
         np.testing.assert_allclose(sphere.bounds[1], [2 / np.sqrt(5), 1 / np.sqrt(5), 0], atol=1e-6)
 

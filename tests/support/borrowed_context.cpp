@@ -54,7 +54,8 @@ LayeredImage readBack(const GlLayers& layers) {
     image.color.channels = colorNames(layers.tinted);
     image.color.type = layers.color_type;
     const auto colors = contents<std::byte>(layers.colors, layers.fragments * layers.colorStride());
-    const std::size_t stride = image.color.stride();  // without the unused component
+    const std::size_t stride =
+        image.color.stride();  // without the unused component of colorStride()
     image.color.data.resize(layers.fragments * stride);
     for (std::size_t i = 0; i < layers.fragments; ++i)
         std::memcpy(image.color.data.data() + i * stride, colors.data() + i * layers.colorStride(),

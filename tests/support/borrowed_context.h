@@ -8,14 +8,14 @@
 
 namespace peeler::test {
 
-/// Returns a GL function of testBackend()'s library. The tests pass it as RendererOptions::adopt.
+/// Returns a GL function of testBackend()'s library. Tests use this as RendererOptions::adopt.
 void* functionOf(const char* name);
 
-/// Returns options to borrow the current context.
+/// Returns options that borrow the current context.
 RendererOptions borrowing();
 
-/// Reads a band from the buffers of the current context. Fails the current test if a count is not
-/// the difference of two offsets.
+/// Reads a band from the buffers of the current context. Fails the current test if the count of a
+/// pixel is not the difference of its offsets.
 LayeredImage readBack(const GlLayers& layers);
 
 }  // namespace peeler::test

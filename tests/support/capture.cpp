@@ -152,7 +152,7 @@ gl::Context* openStrictly() {
 }  // namespace
 
 gl::Context& sharedContext() {
-    // Leaked on purpose, because GL libraries have exit handlers of their own.
+    // Never destroyed, because GL libraries have their own exit handlers.
     static gl::Context* context = openStrictly();
     return *context;
 }

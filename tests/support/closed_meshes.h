@@ -56,8 +56,8 @@ inline Primitive icosphere(int level) {
     return sphere;
 }
 
-/// Returns a torus around Y of `around` times `across` quads. The tube's centre is at distance 1
-/// from the axis, and its radius is `minor`.
+/// Returns a torus around Y of `around` times `across` quads. Its tube has the radius `minor`, and
+/// the tube's centre is at distance 1 from the axis.
 inline Primitive torus(double minor, std::uint32_t around, std::uint32_t across) {
     Primitive torus;
     for (std::uint32_t i = 0; i < around; ++i) {
@@ -84,7 +84,7 @@ inline Primitive cube() {
     return cube;
 }
 
-/// Returns the volume inside the mesh, by the divergence theorem. It is negative if triangles face
+/// Returns the volume inside the mesh, by the divergence theorem; negative if triangles face
 /// inwards.
 inline double volumeOf(const Primitive& mesh) {
     double volume = 0;
@@ -102,7 +102,7 @@ inline Primitive placed(Primitive mesh, float size, const glm::vec3& at) {
     return mesh;
 }
 
-/// Returns a scene with each mesh in a node of its own, and with materials "m0", "m1", …
+/// Returns a scene with each mesh in its own node, and with materials "m0", "m1", …
 inline Scene sceneOf(std::vector<Mesh> meshes) {
     Scene scene;
     scene.scenes.resize(1);

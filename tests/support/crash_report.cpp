@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Prints crash reports of test programs. Some crashes, especially in drivers' threads, occur once
-// in thousands of runs, on a machine that cannot be inspected afterwards.
+// Crash reports of test programs. Some crashes, especially in drivers' threads, occur once in
+// thousands of runs, on a machine that cannot be inspected afterwards.
 #include <execinfo.h>
 #include <fcntl.h>
 #include <ucontext.h>
@@ -34,8 +34,8 @@ std::uintptr_t instruction(const void* context) {
 #endif
 }
 
-/// Prints the memory mappings that contain these addresses. They identify the crashed library if
-/// the code, compiled by a driver, has no name and no unwind information.
+/// Prints the memory mappings that contain these addresses. The mappings identify the crashed
+/// library even if a driver compiled the code, so that it has no name and no unwind information.
 void sayMaps(const std::array<std::uintptr_t, 2>& addresses) {
     static std::array<char, 1 << 18> maps;  // static, because the heap may be corrupt
     std::size_t size = 0;
@@ -66,14 +66,14 @@ void report(int number, siginfo_t* info, void* context) {
     std::array<void*, 64> frames;
     backtrace_symbols_fd(frames.data(), backtrace(frames.data(), static_cast<int>(frames.size())),
                          STDERR_FILENO);
-    raise(number);  // ends the process as if there were no handler (SA_RESETHAND)
+    raise(number);  // ends the process, because SA_RESETHAND has removed the handler
 }
 
 const bool kReports = [] {
-    // The first call loads the unwinder, while allocation is still safe.
+    // The first call allocates memory, to load the unwinder. A handler may not allocate.
     std::array<void*, 1> frame;
     backtrace(frame.data(), 1);
-    // Reports of a stack overflow need a stack of their own.
+    // After a stack overflow, the handler needs its own stack.
     static std::array<char, 1 << 16> stack;
     const stack_t own{.ss_sp = stack.data(), .ss_flags = 0, .ss_size = stack.size()};
     sigaltstack(&own, nullptr);

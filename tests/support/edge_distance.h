@@ -10,7 +10,7 @@
 
 namespace peeler::test {
 
-/// Returns the distance between the point and the polygon's edges; infinite if there are no
+/// Returns the distance between the point and the polygon's edges; infinite for a polygon without
 /// corners.
 inline double distanceToEdges(std::span<const glm::dvec2> corners, const glm::dvec2& point) {
     double nearest = std::numeric_limits<double>::infinity();

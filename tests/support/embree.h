@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Embree 3 (Debian 12) and Embree 4 (Debian 13) behind one interface. In version 4, the context of
-// a query is part of its arguments.
+// Embree 3 (Debian 12) and Embree 4 (Debian 13) behind one interface. In Embree 4, the context of a
+// query is part of the query's arguments.
 #pragma once
 
 #if __has_include(<embree4/rtcore.h>)
@@ -11,21 +11,20 @@
 
 namespace peeler::test {
 
-/// Returns a single-threaded device: test scenes are small, and ThreadSanitizer does not understand
-/// how Embree's threads synchronise.
+/// Returns a single-threaded device. Test scenes are small, and ThreadSanitizer reports false races
+/// in Embree's threads.
 inline RTCDevice newEmbreeDevice() {
     return rtcNewDevice("threads=1");
 }
 
-/// The data that a query passes to its filters. A filter casts it to a larger struct that begins
-/// with it.
+/// The context that Embree passes from a query to its filters. A filter casts the context to a
+/// struct that begins with it.
 #if RTC_VERSION_MAJOR >= 4
 using EmbreeContext = RTCRayQueryContext;
 #else
 using EmbreeContext = RTCIntersectContext;
 #endif
 
-/// The coherence of a query's rays.
 enum class RayOrder { kIncoherent, kCoherent };
 
 #if RTC_VERSION_MAJOR >= 4

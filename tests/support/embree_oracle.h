@@ -20,7 +20,7 @@ struct Triangle {
 struct TriangleSoup {
     std::vector<Triangle> triangles;
     std::vector<float> vertices;      // nine floats per triangle
-    std::vector<char> culled_behind;  // per triangle: whether only its front face can be hit
+    std::vector<char> culled_behind;  // per triangle: whether only the front face can be hit
 };
 
 /// Returns the triangles of a scene in world space. Strips and fans become single triangles.
@@ -89,7 +89,6 @@ class EmbreeScene {
     RTCScene scene_;
 };
 
-/// Returns an infinite ray in Embree's form.
 inline RTCRay embreeRay(const glm::vec3& origin, const glm::vec3& direction) {
     RTCRay ray{};
     ray.org_x = origin.x;
@@ -103,13 +102,12 @@ inline RTCRay embreeRay(const glm::vec3& origin, const glm::vec3& direction) {
     return ray;
 }
 
-/// A hit from Embree.
 struct OracleHit {
     float t = 0;
-    unsigned triangle = 0;  ///< index in the soup
+    unsigned triangle = 0;  ///< index in TriangleSoup::triangles
 };
 
-/// Finds all hits of a ray, in any order.
+/// A finder of all hits of a ray, in any order.
 class AllHits {
   public:
     explicit AllHits(const TriangleSoup& soup, RTCSceneFlags flags = RTC_SCENE_FLAG_ROBUST)
@@ -141,7 +139,7 @@ class AllHits {
 
   private:
     struct Collector {
-        EmbreeContext context;  // must be first, since Embree passes this pointer back
+        EmbreeContext context;  // first member, because the filter casts a pointer to it
         const TriangleSoup* soup = nullptr;
         bool cull = false;
         std::vector<OracleHit> hits{};
@@ -150,7 +148,7 @@ class AllHits {
         auto* collector = reinterpret_cast<Collector*>(arguments->context);
         const auto* ray = reinterpret_cast<const RTCRay*>(arguments->ray);
         const auto* hit = reinterpret_cast<const RTCHit*>(arguments->hit);
-        arguments->valid[0] = 0;  // rejects the hit, so that Embree continues with the next
+        arguments->valid[0] = 0;  // Embree continues with the next hit
         const float facing =
             ray->dir_x * hit->Ng_x + ray->dir_y * hit->Ng_y + ray->dir_z * hit->Ng_z;
         if (collector->cull && collector->soup->culled_behind[hit->primID] && facing >= 0) return;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Composites of layers. An image composited on the fly has only one layer.
+// Composites of layered images.
 #pragma once
 
 #include <peeler/composite.h>
 
 namespace peeler::test {
 
-/// Composites an image over an empty background. Returns the composite.
+/// Returns the composite of an image over an empty background.
 inline CompositeImage flat(const LayeredImage& image) {
     CompositeImage out;
     compositeOver(image, {}, out);

@@ -9,7 +9,7 @@ namespace peeler::test {
 
 std::vector<HardScene> hardScenes() {
     std::vector<HardScene> scenes;
-    std::mt19937 random(20011);  // a fixed seed, so that failures are repeatable
+    std::mt19937 random(20011);  // fixed seed, to repeat failures
     std::uniform_real_distribution<float> unit(0, 1);
     const auto point = [&](float size, float z) {
         return glm::vec3((unit(random) - 0.5F) * size, (unit(random) - 0.5F) * size,
@@ -27,7 +27,7 @@ std::vector<HardScene> hardScenes() {
     scenes.push_back({"interpenetrating triangles", soup(150, 3, -4)});
     scenes.push_back({"across the near plane and behind the camera", soup(100, 6, 0)});
     {
-        SceneBuilder builder;  // draws each mesh three times in the same place
+        SceneBuilder builder;  // each mesh three times in the same place
         builder.scene() = soup(40, 2, -3);
         for (int mesh = 0; mesh < 40; ++mesh)
             for (int copy = 0; copy < 2; ++copy)

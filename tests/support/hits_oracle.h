@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Independent oracle for the hits of bundles: Embree finds the triangles near a ray, and each is
-// tested again in double precision.
+// Independent oracle for the hits of bundles: Embree finds the triangles near a ray, and a test in
+// double precision finds the hits.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -24,13 +24,13 @@
 
 namespace peeler::test {
 
-/// A ray. Its direction has any length, which is the unit of `t`.
+/// A ray. The length of `direction` is the unit of `t`.
 struct DoubleRay {
     glm::dvec3 origin{0}, direction{0};
 };
 
-/// Returns the `t` at which a ray meets a triangle from either side. Edges are part of the
-/// triangle.
+/// Returns the `t` at which a ray meets a triangle from either side, or nothing. Edges are part of
+/// the triangle.
 inline std::optional<double> meetingT(const Triangle& triangle, const DoubleRay& ray) {
     const auto& [a, b, c] = triangle.corner;
     const glm::dvec3 e1 = b - a, e2 = c - a, across = glm::cross(ray.direction, e2);
@@ -38,19 +38,18 @@ inline std::optional<double> meetingT(const Triangle& triangle, const DoubleRay&
     const glm::dvec3 from = glm::cross(ray.origin - a, e1);
     const double u = glm::dot(ray.origin - a, across) / determinant;
     const double v = glm::dot(ray.direction, from) / determinant;
-    // Edge-on triangles give NaN, which fails the comparison, so there is no hit.
+    // For an edge-on triangle, u and v are NaN, so there is no hit.
     if (!(u >= 0 && v >= 0 && u + v <= 1)) return std::nullopt;
     return glm::dot(e2, from) / determinant;
 }
 
-/// A hit in double precision.
 struct DoubleHit {
-    unsigned triangle = 0;  ///< index in the soup
+    unsigned triangle = 0;  ///< index in TriangleSoup::triangles
     double t = 0;
 };
 
-/// Finds all hits of a ray. Embree uses single precision, so it only finds nearby triangles, by
-/// boxes that are enlarged by more than its error.
+/// A finder of all hits of a ray. Embree has single precision, so it finds only candidates, in
+/// boxes enlarged by more than its error.
 class DoubleHits {
   public:
     explicit DoubleHits(const TriangleSoup& soup)
@@ -79,7 +78,7 @@ class DoubleHits {
     DoubleHits(const DoubleHits&) = delete;
     DoubleHits& operator=(const DoubleHits&) = delete;
 
-    /// Returns the hits in front of the origin, ordered by triangle. Thread-safe.
+    /// Returns the hits in front of the origin, sorted by triangle. Thread-safe.
     std::vector<DoubleHit> operator()(const DoubleRay& ray) const {
         Query query{embreeContext(RayOrder::kIncoherent), ray, {}};
         RTCRayHit near{};
@@ -92,7 +91,7 @@ class DoubleHits {
 
   private:
     struct Query {
-        EmbreeContext context;  // must be first, since Embree passes this pointer back
+        EmbreeContext context;  // first member, because meet() casts a pointer to it
         DoubleRay ray;
         std::vector<DoubleHit> hits;
     };
@@ -114,7 +113,7 @@ class DoubleHits {
         const auto& self = *static_cast<const DoubleHits*>(arguments->geometryUserPtr);
         auto& query = *reinterpret_cast<Query*>(arguments->context);
         const unsigned triangle = arguments->primID;
-        // Does not shorten the ray, so that Embree reports all hits.
+        // Embree reports all hits, because `tfar` stays the same.
         if (const auto t = meetingT(self.soup_.triangles[triangle], query.ray))
             query.hits.push_back({triangle, *t});
     }
@@ -125,15 +124,15 @@ class DoubleHits {
     double room_ = 0;
 };
 
-/// The agreement of a source's hits with the oracle's.
+/// The agreement between the hits of a source and those of the oracle.
 struct HitAgreement {
     std::size_t rays = 0, hits = 0;
     std::size_t differing = 0;  ///< rays with a different number of hits
     std::size_t elsewhere = 0;  ///< rays with a different number of hits or different triangles
-    /// For the rays in `elsewhere`: the greatest distance, in ray spacings, from a ray to the
-    /// nearest edge of a triangle that either only the source or only the oracle hits.
+    /// The greatest distance, in ray spacings, from a ray in `elsewhere` to the nearest edge of a
+    /// triangle that only the source or only the oracle hits.
     double farthest = 0;
-    double largest_error = 0;  ///< greatest error of Z, relative to the scene's size
+    double largest_error = 0;  ///< maximum error of Z, relative to the scene's size
 
     void add(const HitAgreement& other) {
         rays += other.rays;
@@ -161,7 +160,7 @@ inline Scene withoutAlpha(Scene scene) {
     return scene;
 }
 
-/// Compares the hits of a source with the oracle's. The scene must consist of triangles only.
+/// A comparison of a source's hits with the oracle's. The scene may have only triangles.
 class HitsOracle {
   public:
     explicit HitsOracle(const PosedScene& posed)
@@ -183,8 +182,8 @@ class HitsOracle {
         return all;
     }
 
-    /// Returns the views of parallel bundles, including one along an axis, and of a pinhole in
-    /// front of the scene.
+    /// Returns the views of parallel bundles, one of them along an axis, and of a pinhole in front
+    /// of the scene.
     std::vector<View> views(int directions, int resolution) const {
         std::vector<View> views;
         auto along = sphereDirections(directions);
@@ -208,7 +207,7 @@ class HitsOracle {
                     HitAgreement& agreement) const {
         const LayeredImage& image = traced.image;
         const glm::dvec2 at = glm::dvec2(x, y) + view.sample;
-        DoubleRay ray;  // with this direction, t equals camera Z
+        DoubleRay ray;  // its `t` is camera Z
         ray.origin = worldPosition(view, at.x, at.y, 0);
         ray.direction = worldPosition(view, at.x, at.y, 1) - ray.origin;
         const std::vector<DoubleHit> expected = hits_(ray);
@@ -220,7 +219,7 @@ class HitsOracle {
         const auto keys = image.extra.front().as<const std::uint32_t>();
         std::vector<Found> found;
         for (std::uint32_t f = image.offsets[pixel]; f < image.offsets[pixel + 1]; ++f)
-            found.push_back({keys[f] - 1, image.z[f]});  // keys are the triangles' numbers, from 1
+            found.push_back({keys[f] - 1, image.z[f]});  // a key is the triangle's number, from 1
         std::ranges::sort(found, {}, &Found::triangle);
         ++agreement.rays;
         agreement.hits += found.size();
@@ -280,7 +279,7 @@ inline Scene randomTriangles(unsigned seed, int count) {
     return sceneOf({{"", {primitive}}});
 }
 
-/// Returns the scene with a second copy of every root. Copies all nodes below, because a node may
+/// Returns the scene with a second copy of every root and of all nodes below it, because a node may
 /// have only one parent.
 inline Scene doubled(Scene scene) {
     const std::vector<int> roots = scene.scenes.front().roots;

@@ -12,9 +12,10 @@
 
 namespace peeler::test {
 
-/// A wall of one material that faces the viewer. radiance() gives the radiance at its middle for
-/// one lamp. The lamp is `degrees` from the normal toward +X (rotated by `azimuth`), and its
-/// irradiance is 1 at normal incidence. The U axis is along +X; the mesh has tangents.
+/// A wall of one material that faces the viewer. The U axis is along +X; the mesh has tangents.
+/// radiance() returns the radiance at the wall's middle under one lamp, whose irradiance is 1 at
+/// normal incidence. The lamp's direction is turned by `degrees` from the normal toward +X, then by
+/// `azimuth` around the normal.
 class LitWall {
   public:
     explicit LitWall(const Material& material) {
@@ -47,7 +48,7 @@ class LitWall {
         return middle();
     }
 
-    /// Returns the radiance at the middle with the scene's current lights.
+    /// Returns the radiance at the wall's middle under the current lights.
     glm::dvec3 middle() {
         CaptureSettings s;
         s.color_type = PixelType::kFloat;
@@ -75,14 +76,14 @@ inline Material whiteMetal(float roughness) {
     return m;
 }
 
-/// Returns GGX's distribution times visibility, viewed along the normal.
+/// Returns GGX's distribution times visibility for the view along the normal.
 inline double ggxAlongNormal(double alpha, double degrees) {
     const double a2 = alpha * alpha, l = std::cos(degrees * kPi / 180);
     const double h2 = (1 + l) / 2, d = h2 * (a2 - 1) + 1;
     return a2 / (kPi * d * d) * 0.5 / (l + std::sqrt(l * l * (1 - a2) + a2));
 }
 
-/// Returns Schlick's Fresnel term, viewed along the normal.
+/// Returns Schlick's Fresnel term for the view along the normal.
 inline double fresnel(double f0, double f90, double degrees) {
     const double v_dot_h = std::cos(degrees * kPi / 360);
     return f0 + (f90 - f0) * std::pow(1 - v_dot_h, 5);

@@ -9,7 +9,7 @@
 
 namespace peeler::test {
 
-/// Returns the names of the exact methods or, if not `exact`, of all others.
+/// Returns the names of all exact methods, or of all other methods.
 inline std::vector<std::string> methodNames(bool exact) {
     std::vector<std::string> names;
     for (const auto& method : peelMethods())

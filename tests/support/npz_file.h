@@ -14,10 +14,10 @@
 namespace peeler::test {
 
 struct StoredArray {
-    std::string type;   ///< such as "<f4"
-    std::string shape;  ///< such as "(2, 3)"
+    std::string type;
+    std::string shape;
     std::string numbers;
-    std::size_t offset = 0;  ///< offset of the array's local header in the file
+    std::size_t offset = 0;
 
     template <class T>
     std::vector<T> as() const {
@@ -27,8 +27,8 @@ struct StoredArray {
     }
 };
 
-/// Returns the arrays of a file by name. Finds them through the local headers (APPNOTE.TXT, section
-/// 4.3.7).
+/// Returns the arrays of a file by name. Reads the local headers (APPNOTE.TXT, section 4.3.7), not
+/// the directory.
 inline std::map<std::string, StoredArray> readNpz(const std::filesystem::path& path) {
     const std::string bytes = bytesOf(path);
     const auto number = [&](std::size_t at, std::size_t size) {

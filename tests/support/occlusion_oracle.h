@@ -14,16 +14,17 @@
 
 namespace peeler::test {
 
-/// Computes the unoccluded, cosine-weighted share of the hemisphere at points on triangles.
+/// Computes the unoccluded, cosine-weighted share of the hemisphere at receivers.
 class OcclusionOracle {
   public:
-    /// Ignores hits nearer than `own_surface` (scene units), which belong to the receiver's own
-    /// surface. Rays must start on that surface; a start above it could be inside a touching part.
+    /// Ignores hits nearer than `own_surface` (scene units), which are on the receiver's own
+    /// surface. Rays must start on this surface, because a start above it could be inside a
+    /// touching part.
     OcclusionOracle(const TriangleSoup& soup, float own_surface)
         : scene_(soup), own_surface_(own_surface) {}
 
-    /// Returns the unoccluded share for each receiver, from those of the `directions` that are
-    /// above its surface.
+    /// Returns the unoccluded share for each receiver. Uses only `directions` above the receiver's
+    /// surface.
     std::vector<float> along(const Receivers& receivers,
                              const std::vector<glm::dvec3>& directions) const {
         return forEach(receivers, [&](const glm::vec3& position, const glm::vec3& normal) {
@@ -40,10 +41,10 @@ class OcclusionOracle {
     }
 
     /// Returns the reference: the unoccluded share for each receiver, from `count`
-    /// cosine-distributed directions, which differ for each receiver. Rays start at the height
+    /// cosine-distributed directions around the receiver's normal. Rays start at the height
     /// `raised` (scene units) above the surface.
     std::vector<float> reference(const Receivers& receivers, int count, float raised = 0) const {
-        std::vector<glm::dvec3> lobe;  // directions around +Z (Malley's method on a Fibonacci disc)
+        std::vector<glm::dvec3> lobe;  // around +Z (Malley's method on a Fibonacci disc)
         for (int i = 0; i < count; ++i) {
             const double square = (i + 0.5) / count, angle = 2.399963229728653 * i;
             lobe.emplace_back(std::sqrt(square) * std::cos(angle),

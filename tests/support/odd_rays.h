@@ -46,9 +46,9 @@ inline std::uint64_t oddRays(const AllHits& embree, const Bundle& bundle) {
 
 struct OddRays {
     std::uint64_t rays = 0, hits = 0;
-    std::uint64_t raw = 0, refined = 0;  ///< GL's rays with an odd number of raw or refined hits
-    std::uint64_t cpu = 0;               ///< the CPU's rays with an odd number of hits
-    /// Embree's rays with an odd number of hits, on every fourth bundle.
+    std::uint64_t raw = 0, refined = 0;  ///< GL: rays with an odd number of raw or refined hits
+    std::uint64_t cpu = 0;               ///< CPU: rays with an odd number of hits
+    /// Embree: rays with an odd number of hits, of every fourth bundle.
     std::uint64_t embree_fast = 0, embree_robust = 0;
 };
 

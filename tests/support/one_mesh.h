@@ -11,7 +11,7 @@
 
 namespace peeler::test {
 
-/// Returns a scene with one node. Its mesh has these primitives; the scene has their materials.
+/// Returns a scene with one node, whose mesh has these primitives, and with their materials.
 inline Scene oneMesh(std::vector<Primitive> primitives, const glm::dmat4& local = glm::dmat4(1)) {
     Scene scene;
     for (const Primitive& primitive : primitives)

@@ -10,7 +10,7 @@
 
 namespace peeler::test {
 
-/// Returns the interpreter with Debian's packages, even if another one comes first in PATH.
+/// Returns Debian's interpreter, which finds Debian's packages, even if PATH has another one first.
 inline std::string python() {
     return std::filesystem::exists("/usr/bin/python3") ? "/usr/bin/python3" : "python3";
 }

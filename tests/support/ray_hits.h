@@ -29,8 +29,8 @@ inline Primitive tetrahedron(int material = 0, float size = 1) {
     return primitive;
 }
 
-/// Returns a scene of `count` nodes "body 0", "body 1", …, each with a closed mesh and a material
-/// of its own: "m0", "m1", …
+/// Returns a scene of `count` nodes "body 0", "body 1", …, each with its own closed mesh and
+/// material ("m0", "m1", …).
 inline Scene bodies(int count) {
     Scene scene;
     scene.scenes.resize(1);
@@ -58,8 +58,8 @@ struct Hit {
     std::uint32_t key = 0;
 };
 
-/// Returns the hits of a bundle. at(start, direction) gives the hits of a ray in any order. t is
-/// the distance from the start, which is the eye for a pinhole bundle.
+/// Returns the hits of a bundle. at(start, direction) returns the hits of a ray in any order; `t`
+/// is the distance from `start`, which is the eye for a pinhole bundle.
 inline LayeredImage rayHits(
     const Bundle& bundle,
     const std::function<std::vector<Hit>(const glm::dvec3&, const glm::dvec3&)>& at) {
@@ -92,8 +92,8 @@ struct Sphere {
     double radius = 1;
 };
 
-/// Returns the hits of a bundle with spheres. The hits of the n-th sphere have the key of the n-th
-/// node in bodies().
+/// Returns the hits of a bundle with spheres. Hits of the n-th sphere have the key of the n-th node
+/// in bodies().
 inline LayeredImage sphereHits(const Bundle& bundle, const std::vector<Sphere>& spheres) {
     return rayHits(bundle, [&](const glm::dvec3& start, const glm::dvec3& direction) {
         std::vector<Hit> hits;

@@ -32,14 +32,14 @@ inline glm::dvec3 nearestPoint(const Triangle& triangle, const glm::dvec3& p) {
     return a + vb * scale * ab + vc * scale * ac;
 }
 
-/// Computes the distance from a point to the nearest triangle of a soup. The soup must outlive the
-/// object.
+/// A finder of the distance from a point to the nearest triangle of a soup. The soup must outlive
+/// this object.
 class SurfaceDistance {
   public:
     explicit SurfaceDistance(const TriangleSoup& soup)
         : soup_(soup), scene_(soup, nullptr, RTC_SCENE_FLAG_NONE) {}
 
-    /// Returns the distance in scene units, at most `limit`, the radius of the search.
+    /// Returns the distance in scene units, or `limit` if no triangle is nearer than `limit`.
     double operator()(const glm::dvec3& point, double limit) const {
         Search search{&soup_, point, limit};
         RTCPointQueryContext context;
@@ -64,7 +64,7 @@ class SurfaceDistance {
         const glm::dvec3 nearest =
             nearestPoint(search->soup->triangles[arguments->primID], search->point);
         search->distance = std::min(search->distance, glm::distance(nearest, search->point));
-        return false;  // tells Embree to keep the radius, which is already small
+        return false;  // the search radius stays the same
     }
 
     const TriangleSoup& soup_;

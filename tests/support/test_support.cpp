@@ -71,8 +71,8 @@ bool contains(const Text& text, const std::string& part) {
 
 namespace {
 
-/// Resets the peak memory to the current size. Otherwise, Linux would include the parent's peak in
-/// the child's, because the child shares the parent's memory until it executes another program.
+/// Resets the peak memory to the current size. Otherwise, Linux would count the parent's peak as
+/// the child's, because the child shares the parent's memory until exec().
 void forgetPeakMemory() {
     std::ofstream("/proc/self/clear_refs") << 5;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// All hits of a bundle, captured from a source. Bundles with rays at chosen positions.
+// All hits of a bundle, captured from a source, and bundles with rays at chosen positions.
 #pragma once
 
 #include <cstddef>
@@ -89,7 +89,7 @@ inline View parallelView(int width, int height, double far = 100) {
     return view;
 }
 
-/// Returns the view of a pinhole at `eye` that looks at the origin.
+/// Returns the view of a pinhole camera at `eye` that looks at the origin.
 inline View pinhole(const glm::dvec3& eye, int size, double half = 0.6, double near = 0.01) {
     View view;
     view.camera_to_world = *lookAlong(eye, -eye, {0.1, 1, 0.2});
@@ -107,8 +107,8 @@ inline Bundle bundleOf(const PosedScene& posed, const glm::dvec3& direction, int
     return parallelBundle("b", all, all, direction, grid);
 }
 
-/// Returns a square of two triangles that faces +Z, from (x0, −y1) to (x1, −y0). Its arguments are
-/// pixel coordinates of parallelView().
+/// Returns a square of two triangles that faces +Z, from (x0, −y1) to (x1, −y0). The arguments are
+/// in pixel coordinates of parallelView().
 inline Primitive square(float x0, float y0, float x1, float y1, float z) {
     Primitive primitive;
     primitive.positions = {{x0, -y1, z}, {x1, -y1, z}, {x1, -y0, z}, {x0, -y0, z}};

@@ -9,8 +9,8 @@
 
 namespace peeler::test {
 
-/// Calls visit(a, b, c) with the corner indices of each triangle. Calls nothing for topologies
-/// without triangles.
+/// Calls visit(a, b, c) with the corner indices of each triangle. Does nothing for points and
+/// lines.
 template <class Visit>
 void forEachTriangle(Topology topology, std::size_t count, Visit&& visit) {
     if (topology == Topology::kTriangles)

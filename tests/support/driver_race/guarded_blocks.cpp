@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Preloaded library that guards freed blocks. Each block of certain sizes gets a page of its own.
-// When the block is freed, its page becomes inaccessible and is never reused. So a driver that uses
-// the block afterwards crashes at once.
-// PEELER_GUARDED_SIZES lists the sizes in bytes, such as 112,120 (default: none).
+// Preloaded library that guards freed blocks. Each block of certain sizes gets its own page. When
+// the block is freed, its page becomes inaccessible and is never reused, so a driver that uses the
+// block afterwards crashes at once. PEELER_GUARDED_SIZES lists the sizes in bytes, such as 112,120
+// (default: none).
 #include <sys/mman.h>
 
 #include <algorithm>
@@ -15,7 +15,7 @@
 #include <cstring>
 
 extern "C" {
-// These are the C library's own functions.
+// The C library's own functions.
 void* __libc_malloc(std::size_t size);
 void* __libc_calloc(std::size_t count, std::size_t size);
 void* __libc_realloc(void* block, std::size_t size);
@@ -50,8 +50,8 @@ const Settings& settings() {
 
 std::atomic<std::size_t> used{0};  ///< bytes of the region in use
 
-/// Returns zeroed memory. Returns null if the size is not guarded or the region is full; the caller
-/// then uses the C library's function.
+/// Returns a new guarded block of zeros. Returns null if the size is not guarded or the region is
+/// full; the caller then uses the C library's function.
 void* guarded(std::size_t size) {
     const Settings& s = settings();
     if (size == 0 || !s.region || std::find(s.sizes.begin(), s.sizes.end(), size) == s.sizes.end())
@@ -59,7 +59,7 @@ void* guarded(std::size_t size) {
     const std::size_t at = used.fetch_add(kPage);
     if (at >= kRegion || mprotect(s.region + at, kPage, PROT_READ | PROT_WRITE) != 0)
         return nullptr;
-    std::memcpy(s.region + at, &size, sizeof size);  // realloc() needs the size
+    std::memcpy(s.region + at, &size, sizeof size);  // for realloc()
     constexpr std::size_t kAlignment = alignof(std::max_align_t);
     return s.region + at + kPage - (size + kAlignment - 1) / kAlignment * kAlignment;
 }
@@ -91,8 +91,8 @@ void free(void* block) noexcept {
     std::byte* const page = pageOf(block);
     if (!page) return __libc_free(block);
     const int before = errno;
-    // Maps the page again, so that the kernel merges adjacent pages into one mapping. It allows
-    // some 65,000 mappings.
+    // Map the page again, so that the kernel merges adjacent pages into one mapping. The kernel
+    // allows some 65,000 mappings.
     mmap(page, kPage, PROT_NONE, kHow | MAP_FIXED, -1, 0);
     errno = before;
 }

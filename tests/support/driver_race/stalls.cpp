@@ -41,7 +41,8 @@ bool isRasterizer() {
     return std::string_view(name.data()).starts_with("llvmpipe-");
 }
 
-/// x86-64's C library also has an older version of this function, which must not be used.
+/// Returns the C library's function. On x86-64, the library also has an older version of the
+/// function, which must not be used.
 Broadcast actualBroadcast() {
     void* const found = dlvsym(RTLD_NEXT, "pthread_cond_broadcast", "GLIBC_2.3.2");
     return reinterpret_cast<Broadcast>(found ? found : dlsym(RTLD_NEXT, "pthread_cond_broadcast"));

@@ -44,7 +44,7 @@ enum Place {
 
 thread_local GLenum pending_error = GL_NO_ERROR;
 
-/// Functions with an additional kind of call, which is counted and can fail, too.
+/// Functions that also count as an additional kind of call.
 constexpr struct {
     const char* name;
     Call call;
@@ -57,21 +57,21 @@ constexpr struct {
     {"glGetGraphicsResetStatus", k_gl_error},
 };
 
-/// Counts a call. Returns whether it must fail, in which case it is skipped.
+/// Counts a call. Returns whether it must fail; the caller then skips the real function.
 bool failsDriver(const char* name) {
     if (strncmp(name, "egl", 3) == 0) return fails(k_egl);
     bool failed = false;
     for (const auto& row : kSpecial)
         if (strcmp(row.name, name) == 0) failed = fails(row.call);
-    // Queries cannot run out of memory, and deletions free memory. So they never fail.
+    // Queries need no memory, and deletions free memory, so neither fails.
     const bool asks = strncmp(name, "glGet", 5) == 0 || strncmp(name, "glCheck", 7) == 0;
     if (!asks && strncmp(name, "glDelete", 8) != 0) failed = fails(k_gl) || failed;
     if (failed && !asks) pending_error = GL_OUT_OF_MEMORY;
     return failed;
 }
 
-/// Returns the number of objects that a glCreate... call creates or a glDelete... call deletes: its
-/// count argument, or one. Objects of the name 0 do not count.
+/// Returns the number of objects that a glCreate... call creates or a glDelete... call deletes: the
+/// call's count argument, or one. Ignores objects with the name 0.
 template <std::same_as<GLuint> Name>
 std::int64_t objectsOf(Name name) {
     return name != 0 ? 1 : 0;
@@ -83,7 +83,7 @@ std::int64_t objectsOf(GLenum, GLsizei count, const GLuint* names) {
     return objectsOf(count, names);
 }
 
-/// Counts GL objects. `made` is the object that a call creates and returns; otherwise 0.
+/// Counts GL objects. `made` is the created object if the call returns it; otherwise 0.
 template <class... Arguments>
 void countObjects(const char* name, GLuint made, Arguments... arguments) {
     const bool makes = strncmp(name, "glCreate", 8) == 0;
@@ -144,7 +144,7 @@ constexpr struct {
 #undef X
 };
 
-/// The driver's eglGetProcAddress. The functions that it returns are wrapped, too.
+/// The driver's eglGetProcAddress. findInstead() wraps the returned functions.
 PFNEGLGETPROCADDRESSPROC find_in_driver = nullptr;
 __eglMustCastToProperFunctionPointerType findInstead(const char* name) {
     const Uncounted inside;

@@ -42,7 +42,7 @@
 #include <cstdint>
 #include <utility>
 
-/// Does nothing; a debugger can set a breakpoint here to stop at the failing call.
+/// Does nothing. A breakpoint in this function stops at the failing call.
 extern "C" __attribute__((noinline)) void failing_calls_here() {
     asm volatile("");
 }
@@ -104,7 +104,6 @@ void takeFolderAway() {
         16, FTW_DEPTH | FTW_PHYS);
 }
 
-/// Returns the address range of a function's code.
 Range codeOf(const char* name) {
     Dl_info info{};
     void* extra = nullptr;
@@ -114,7 +113,6 @@ Range codeOf(const char* name) {
     return {begin, begin + static_cast<const ElfW(Sym)*>(extra)->st_size};
 }
 
-/// Returns the address range of a library.
 Range rangeOf(const dl_phdr_info& info) {
     std::uintptr_t end = info.dlpi_addr;
     for (int i = 0; i < info.dlpi_phnum; ++i)
@@ -200,8 +198,8 @@ void addPlace(std::uint64_t place) {
 
 void* real(const char* name) {
     using Find = void* (*)(void*, const char*);
-    // A call of dlsym() would reach our wrapper, so dlvsym() finds glibc's dlsym(). This has been
-    // part of libc.so.6 since glibc 2.34, with that symbol version.
+    // A call of dlsym() would reach our wrapper, so use dlvsym() to find the C library's dlsym().
+    // Since glibc 2.34, dlsym() is in libc.so.6 and has the symbol version GLIBC_2.34.
     static const auto find = reinterpret_cast<Find>(dlvsym(RTLD_NEXT, "dlsym", "GLIBC_2.34"));
     return find(RTLD_NEXT, name);
 }

@@ -8,7 +8,7 @@
 
 namespace failing {
 
-// The names of the kinds, in the order in which the test lists them.
+// The names of the kinds, in the order of the test's list.
 #define FAILING_CALLS(X)                                                                          \
     X(allocation)       /* malloc, calloc etc., including those of operator new */                \
     X(c_allocation)     /* allocations that are not by operator new */                            \
@@ -48,26 +48,25 @@ enum Call : int {
 };
 
 constexpr int kMostPlaces = 1 << 16;
-constexpr int kGlObjects = 31;  ///< index of the number of GL objects in Record::counts
+constexpr int kGlObjects = 31;  ///< place of the number of GL objects in Record::counts
 
-/// Counts of calls, in a mapped file that the test creates. Forked children continue counting in
-/// it.
+/// Counts of calls, in a mapped file that the test creates and that forked children share.
 struct Record {
     std::atomic<std::uint64_t> counts[32];
-    std::atomic<std::uint64_t> failed;       ///< number of failed calls
+    std::atomic<std::uint64_t> failed;
     std::atomic<std::uint64_t> place_count;  ///< number of entries in `places`
-    /// The number of the first allocation of each call path, or the number of bytes after each
-    /// write.
+    /// For allocations: the number of the first call from each call path. For disk space: the total
+    /// bytes after each write.
     std::uint64_t places[kMostPlaces];
 };
 static_assert(kCalls <= kGlObjects);
 
 enum class How { kOnce, kOn, kLarge, kShort, kRemove, kMove };
 
-/// The failure to inject, from the environment variables (failing_calls.cpp).
+/// The failure to inject, read from the environment variables (failing_calls.cpp).
 struct Plan {
     Call call = kCalls;
-    std::uint64_t at = 0;  ///< number of the failing call, counted from 1; 0 = none fails
+    std::uint64_t at = 0;  ///< number of the failing call, counted from 1; 0: no call fails
     How how = How::kOnce;
     int error = 0;
     char folder[4096] = {};
@@ -76,9 +75,8 @@ extern Plan plan;
 extern Record* record;
 extern std::atomic<bool> counting;  ///< whether main() is running
 
-/// Whether the calls of this thread are counted at this moment.
+/// Whether calls of this thread count now.
 bool counts();
-/// Adds an entry to the record's `places`.
 void addPlace(std::uint64_t place);
 
 /// isNew() returns whether the caller of malloc() is operator new. mayFail() returns whether the
@@ -86,7 +84,7 @@ void addPlace(std::uint64_t place);
 bool isNew(const void* caller);
 bool mayFail(const void* caller);
 
-/// Returns the function of this name in the next library, which is the wrapped one.
+/// Returns the wrapped function: the function of this name in the next library.
 void* real(const char* name);
 #define REAL(name)                                                                              \
     ([]() {                                                                                     \
@@ -94,10 +92,10 @@ void* real(const char* name);
         return function;                                                                        \
     }())
 
-/// Counts a call. Returns whether the call must fail, and sets errno in that case.
+/// Counts a call. Returns whether the call must fail, and sets errno if so.
 bool fails(Call call);
 
-/// Disables counting while the object exists, in this thread and in threads that it starts.
+/// While an object exists, calls do not count in its thread and in threads started by that thread.
 class Uncounted {
   public:
     Uncounted();
@@ -106,7 +104,7 @@ class Uncounted {
     Uncounted& operator=(const Uncounted&) = delete;
 };
 
-/// Returns the wrapper of an EGL or GL function or, if there is none, `found`.
+/// Returns the wrapper of an EGL or GL function, or `found` if there is no wrapper.
 void* driverFunction(const char* name, void* found);
 
 }  // namespace failing

@@ -49,8 +49,8 @@ bool failsToAllocate(std::size_t size, const void* caller) {
     return true;
 }
 
-/// Returns the number of bytes that a read or write may transfer: all, except for a call that must
-/// be short.
+/// Returns the number of bytes that a read or write may transfer: half of them if the call must be
+/// short.
 std::size_t allowed(Call call, std::size_t bytes, bool& failed) {
     failed = fails(call);
     if (!failed || plan.how != How::kShort || plan.call != call) return bytes;
@@ -58,7 +58,7 @@ std::size_t allowed(Call call, std::size_t bytes, bool& failed) {
     return std::max<std::size_t>(bytes / 2, 1);
 }
 
-/// Like allowed(), for a write, which also changes a file and needs disk space.
+/// Like allowed(), for a write, which also counts as a change of a file and as use of disk space.
 std::size_t allowedWrite(int file, std::size_t bytes, bool& failed) {
     if (!counts()) return bytes;
     if (file == STDOUT_FILENO || file == STDERR_FILENO) return allowed(k_stream, bytes, failed);
@@ -68,8 +68,7 @@ std::size_t allowedWrite(int file, std::size_t bytes, bool& failed) {
     const std::uint64_t before = record->counts[k_room].fetch_add(most);
     if (plan.call != k_room) return most;
     if (plan.at == 0) addPlace(before + most);
-    // A disk with room for N bytes fails at byte N + 1, which is plan.at. On a full disk, plan.at =
-    // 1.
+    // If the disk has room for N bytes, byte N + 1 (plan.at) fails.
     if (plan.at == 0 || before + most < plan.at) return most;
     record->failed += 1;
     const std::uint64_t room = plan.at - 1;
@@ -87,8 +86,8 @@ bool failsToOpen(int flags) {
     return fails(k_open) || (opensToWrite(flags) && fails(k_change));
 }
 
-/// The function and argument of a thread started by uncounted code. The thread's calls are not
-/// counted either.
+/// The function and argument of a thread that uncounted code starts. Calls of this thread do not
+/// count.
 struct Start {
     void* (*work)(void*);
     void* argument;
@@ -220,8 +219,7 @@ ssize_t writev(int file, const iovec* parts, int count) {
     if (most == size) return REAL(writev)(file, parts, count);
     return REAL(write)(file, parts[0].iov_base, std::min(most, parts[0].iov_len));
 }
-/// Fails only for the standard streams: when glibc writes to them, it does not call the wrapped
-/// write().
+/// Fails only for the standard streams, because glibc writes to them without the wrapped write().
 size_t fwrite(const void* bytes, size_t size, size_t count, FILE* file) {
     if ((file == stdout || file == stderr) && fails(failing::k_stream)) return 0;
     return REAL(fwrite)(bytes, size, count, file);
@@ -246,8 +244,7 @@ int close(int file) {
 int fcntl(int file, int command, ...) {
     va_list more;
     va_start(more, command);
-    void* const argument =
-        va_arg(more, void*);  // some commands have one int or pointer, others have none
+    void* const argument = va_arg(more, void*);  // an int, a pointer or nothing
     va_end(more);
     const bool duplicates = command == F_DUPFD || command == F_DUPFD_CLOEXEC;
     return duplicates && fails(failing::k_duplicate) ? -1 : REAL(fcntl)(file, command, argument);
@@ -325,7 +322,7 @@ int pthread_create(pthread_t* thread, const pthread_attr_t* attributes, void* (*
                    void* argument) noexcept {
     if (failing::counts()) {
         if (fails(failing::k_thread)) return errno;
-        const failing::Uncounted inside;  // allocations by glibc for the thread do not count
+        const failing::Uncounted inside;  // glibc's own allocations do not count
         return REAL(pthread_create)(thread, attributes, work, argument);
     }
     auto* const start = static_cast<failing::Start*>(__libc_malloc(sizeof(failing::Start)));
@@ -338,7 +335,7 @@ int clock_gettime(clockid_t clock, timespec* now) noexcept {
     const int result = REAL(clock_gettime)(clock, now);
     constexpr time_t kDay = 86400, kYear = 365 * kDay;
     if (!jumps || result != 0) return result;
-    // A clock for elapsed time must not go back, so it jumps forward.
+    // Clocks other than CLOCK_REALTIME must not go back, so they jump forward.
     if (clock == CLOCK_REALTIME)
         now->tv_sec -= kYear;
     else if (failing::plan.how == failing::How::kOn)
@@ -353,7 +350,7 @@ time_t time(time_t* place) noexcept {
 }
 
 void* dlopen(const char* path, int flags) noexcept {
-    // To fail, this loads a missing file, so that dlerror() has a message.
+    // To fail, load a missing file, so that dlerror() has a message.
     const bool failed = fails(failing::k_library);
     const failing::Uncounted inside;
     return REAL(dlopen)(failed ? "/nowhere/a library that cannot be loaded" : path, flags);

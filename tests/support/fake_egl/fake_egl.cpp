@@ -34,11 +34,11 @@ namespace {
 
 constexpr int kMostDevices = 8;
 
-/// A fake device. Its address is its handle and, once it is opened, the handle of its display.
+/// A fake device. Its address is the handle of the device and of the device's display.
 struct FakeDevice {
     int index = 0;
     bool string_queried = false;
-    EGLDisplay display = EGL_NO_DISPLAY;  ///< the real display behind the fake device
+    EGLDisplay display = EGL_NO_DISPLAY;  ///< the real display, if opened
 };
 std::array<FakeDevice, kMostDevices> devices;
 thread_local const FakeDevice* current = nullptr;
@@ -59,7 +59,7 @@ const std::string visible_at_start = [] {
     return std::string(text ? text : "all");
 }();
 
-/// Returns the fake device of a device or display handle; null if the handle is real.
+/// Returns the fake device with this handle (of the device or its display); null for a real handle.
 FakeDevice* fake(void* handle) {
     for (FakeDevice& device : devices)
         if (handle == &device) return &device;
@@ -125,12 +125,11 @@ void demandString(const FakeDevice& device) {
     std::abort();
 }
 
-/// Returns the device's number as in the driver's attribute; -1 = hidden from CUDA.
+/// Returns the value of the driver's attribute EGL_CUDA_DEVICE_NV; -1: hidden from CUDA.
 int cudaOrdinal(const FakeDevice& device) {
     const int ordinal = deviceCount() - 1 - device.index;
     if (*variable("PEELER_FAKE_EGL_REMAPS") == '\0' || visible_at_start == "all") return ordinal;
-    // When this attribute is queried, a real driver initialises CUDA, which then reads the
-    // variable.
+    // When the attribute is queried, a real driver initialises CUDA, which reads the variable.
     const char* now = std::getenv("CUDA_VISIBLE_DEVICES");
     if (!now) return ordinal;
     int position = 0;

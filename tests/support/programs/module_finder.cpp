@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// A shared library that finds modules like peeler: relative to its own path.
+// A shared library that finds modules relative to its own path, as peeler does.
 #include <cstring>
 #include <string>
 
 #include <peeler/error.h>
 #include "formats/file/module.h"
 
-/// Writes the path of a module, or the text and location of the error.
+/// Writes a module's path to `text`, or the message and place of the error.
 extern "C" void findModule(const char* name, char* text, std::size_t size) {
     std::string answer;
     try {

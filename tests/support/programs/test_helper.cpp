@@ -21,8 +21,8 @@
 namespace peeler {
 namespace {
 
-/// Reports the inherited state: open descriptors, whether more can be opened, the environment, and
-/// signals.
+/// Reports the inherited state: number of open descriptors, whether more can be opened, the
+/// environment, and signals.
 void tellWhatIsInherited(SharedFile& result) {
     std::uint64_t open = 0;
     for (int file = 0; file < 1024; ++file)
@@ -36,8 +36,8 @@ void tellWhatIsInherited(SharedFile& result) {
         result.putOne(std::uint64_t{is_so ? 1U : 0U});
 }
 
-/// Does something forbidden for decoders, chosen by number. Returns only if it is permitted, or
-/// gives only an error.
+/// Does something that decoders must not do, chosen by number. Returns only if the sandbox permits
+/// this or makes the call fail.
 void transgress(std::uint64_t number) {
     int pair[2] = {};
     struct rlimit limits {};
@@ -73,7 +73,7 @@ void transgress(std::uint64_t number) {
             unlink("/nowhere/file");
             return;
         default:
-            _exit(0);  // there are no more cases
+            _exit(0);  // no such case
     }
 }
 
