@@ -50,7 +50,6 @@ struct BakeCommand : CaptureJobOptions {
 constexpr int kTextureBits = 8;
 constexpr const char* kSoftware = "peeler " PEELER_VERSION;
 
-/// A run of `peeler bake`. run() calls its stages in order.
 class Bake {
   public:
     Bake(const BakeCommand& options, Session& session)
@@ -122,7 +121,7 @@ std::vector<fs::path> Bake::inputs() const {
 }
 
 /// Returns the output files. Throws Error (kUsage) if an output would replace an input or another
-/// output, and Error (kOutput) if an output cannot be written.
+/// output, Error (kOutput) if an output cannot be written.
 std::vector<fs::path> Bake::checkFiles(std::span<const int> materials) const {
     const std::vector<fs::path> read = inputs();
     OutputRequest output;
@@ -185,8 +184,8 @@ std::string Bake::materialName(int material) const {
     return name.empty() ? number : number + " (" + printable(name) + ")";
 }
 
-/// Names the output files. The scene must be open: each of its materials gets a texture, and no
-/// output may replace one of its files.
+/// Names the output files. Needs the open scene: each material gets a texture, and no output may
+/// replace a file of the scene.
 void Bake::nameOutputs() {
     std::vector<int> materials;
     if (texels_)
@@ -204,7 +203,7 @@ void Bake::nameOutputs() {
     job_.checkOutputs(outputs_);
 }
 
-/// Forecasts the sizes of the outputs, which do not depend on the values.
+/// Forecasts the sizes of the outputs. The sizes do not depend on the values.
 void Bake::forecast() {
     const std::string contents = countText(receivers().size(), "receiver");
     if (options_.bake.file() == BakeFile::kGltf) {
@@ -231,8 +230,8 @@ void Bake::forecast() {
         {outputs_.front(), {part * texels_->atlases().size(), Certainty::kAtMost}, contents}};
 }
 
-/// Forecasts the size of the scene with the baked data. The forecast is approximate, because the
-/// JSON is rewritten, and base64 data and separate files move into the buffer.
+/// Forecasts the size of the scene with the baked data. The forecast is approximate: writing
+/// changes the JSON, and moves base64 data and separate files into the buffer.
 SizeForecast Bake::sceneForecast() const {
     std::vector<fs::path> files = scene().files;
     files.push_back(options_.scene.file);
@@ -253,8 +252,7 @@ SizeForecast Bake::sceneForecast() const {
     return {bytes, Certainty::kAbout};
 }
 
-/// Opens the hit source. Before the long bake starts, also checks that the memory suffices to write
-/// the outputs.
+/// Opens the hit source. Checks before the long bake that the memory suffices to write the outputs.
 void Bake::openHits() {
     settings_ = options_.bake.settings;
     settings_.bounces = options_.bake.bounces.value_or(settings_.bounces);
@@ -270,8 +268,8 @@ void Bake::openHits() {
     checkMemory(budget, usedBytes(budget) + written, "to write the results");
 }
 
-/// Raises the memory forecast to at least `bytes` and the process's peak so far. The run may reach
-/// that peak again.
+/// Raises the memory forecast to `bytes`, and to the process's peak so far, because the run may
+/// reach this peak again.
 void Bake::takeMemory(std::uint64_t bytes) {
     memory_forecast_ = std::max({memory_forecast_, repeatedPeak(peakMemory()), bytes});
 }
@@ -296,8 +294,8 @@ void Bake::describe() {
     reportForecast(forecast_, reporter_, true);
 }
 
-/// Bakes the values. The detail line about memory uses the forecast for the first bundle; later
-/// bundles may have more hits.
+/// Bakes the values. The detail about memory uses the forecast for the first bundle; later bundles
+/// may have more hits.
 void Bake::gather() {
     bool told = false;
     const auto tell = [&](std::uint64_t bytes) {
@@ -313,13 +311,13 @@ void Bake::gather() {
             *source_, receivers(), settings_, capture_, lookup,
             [&](double share) { progress.update(share); }, tell);
     }
-    // The time of the stage "bake" excludes captures, which have stages of their own.
+    // The stage "bake" does not include captures, which have their own stages.
     const StageTimes captures = source_->takeTimes();
     for (const auto& [stage, milliseconds] : captures)
         job_.times()["bake"] -= milliseconds;
     add(job_.times(), captures);
     job_.releaseHits();
-    returnFreeMemory();  // frees memory for writing the output
+    returnFreeMemory();  // for writing the output
 }
 
 void Bake::write() {
@@ -332,14 +330,15 @@ void Bake::write() {
         writeVertices();
 }
 
-/// Returns a writer for the scene's glTF file, or for a new glTF if the scene has another format.
+/// Returns a writer for the scene's glTF file. If the scene has another format, the writer makes a
+/// new glTF.
 std::unique_ptr<GlbWriter> Bake::openPackage() const {
     if (scene_->assumed()) return std::make_unique<GlbWriter>(options_.scene.file, scene());
     return std::make_unique<GlbWriter>(options_.scene.file, options_.scene.reading);
 }
 
 /// Makes the baked scene the file's default and applies the baked variant, because viewers show the
-/// default scene without any variant.
+/// default scene without a variant.
 void Bake::showWhatWasBaked(GlbWriter& package) const {
     if (options_.scene.scene) setDefaultScene(package, scene_->index());
     if (const auto variant = chosenVariant(scene(), options_.appearance))

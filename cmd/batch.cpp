@@ -47,7 +47,7 @@ struct BatchOptions {
     bool dry_run = false;
     int threads = 0;
     MemoryBudget memory;
-    ReportOptions report;  ///< `json` is ignored: results are always JSON
+    ReportOptions report;  ///< without `json`, because results are always JSON
 };
 
 /// A batch, from reading the job file to the last result. Jobs start only after the whole file has
@@ -95,7 +95,7 @@ class Batch {
     std::optional<ProgressReport> progress_;
 };
 
-/// Whether all outputs of a job exist. A name with a number pattern counts as existing, because the
+/// Whether all outputs of a job exist. A name with a number pattern is taken to exist, because the
 /// number of its files is unknown.
 bool outputsExist(const Job& job) {
     return std::ranges::all_of(job.outputs, [](const fs::path& output) {
@@ -159,7 +159,7 @@ void Batch::openReport() {
     takeEarlierResults(report_->lines());
 }
 
-/// Reuses the results of jobs that succeeded in an earlier batch and whose outputs still exist.
+/// Reuses the results of jobs that succeeded in an earlier batch, if their outputs still exist.
 /// These jobs do not run again.
 void Batch::takeEarlierResults(const std::vector<Json>& lines) {
     std::map<std::string, const Json*> last;
@@ -204,7 +204,7 @@ void Batch::share() {
                                               : allowedThreads().amount;
     if (jobs > 1 || options_.threads > 0)
         threads_ = static_cast<int>(std::max<std::uint64_t>(1, threads / jobs));
-    // A single job reads an inherited limit itself, so that it can report the limit's source.
+    // A single job reads an inherited limit itself, to report the limit's source.
     if (jobs > 1 || options_.memory.source.empty()) memory_ = options_.memory / jobs;
     if (memory_ != 0 && memory_ < kLeastMemory) {
         throw Error(ErrorKind::kMemory,
@@ -256,8 +256,8 @@ void Batch::runJobs() {
     std::vector<Json> lines;
     for (const auto& result : results_)
         if (result) lines.push_back(*result);
-    // Prints the remaining results, because printInOrder() has stopped at the first job that
-    // --fail-fast skipped.
+    // Prints the remaining results: printInOrder() has stopped at the first job that --fail-fast
+    // skipped.
     for (std::size_t i = printed_; i < results_.size(); ++i)
         if (results_[i]) reporter_.text(lineText(*results_[i]));
     if (report_) report_->finish(lines);
@@ -275,11 +275,11 @@ void Batch::startJobs() {
 void Batch::wait() {
     std::vector<pollfd> files{{signals_->file(), POLLIN, 0}};
     for (const Running& running : running_) {
-        // poll() ignores a file descriptor of −1.
+        // A process that has closed a file has the descriptor −1, which poll() ignores.
         files.push_back({running.process.outFile(), POLLIN, 0});
         files.push_back({running.process.errFile(), POLLIN, 0});
     }
-    // EINTR is ignored, because all files are read afterwards in any case.
+    // A signal (EINTR) needs no treatment, because all files are read afterwards.
     poll(files.data(), files.size(), -1);
 }
 
@@ -288,7 +288,6 @@ void Batch::takeSignals() {
         if (number != SIGCHLD) endBySignal(number);
 }
 
-/// Collects the results of jobs that have ended.
 void Batch::takeEnded() {
     for (auto running = running_.begin(); running != running_.end();) {
         running->process.read();
@@ -324,7 +323,7 @@ void Batch::endBySignal(int number) {
             std::erase_if(running_, [](Running& running) { return running.process.ended(); });
         }
     }
-    // A process that survives SIGKILL hangs in the kernel; do not wait for it.
+    // A process that survives SIGKILL hangs in the kernel. Do not wait for it.
     for (Running& running : running_)
         running.process.abandon();
     running_.clear();

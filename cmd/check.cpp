@@ -41,7 +41,6 @@ struct CheckOptions : CaptureJobOptions {
     bool writesPicture() const { return !output.path.empty(); }
 };
 
-/// A sink that collects a composite band by band.
 class PlacesKeeper : public Sink {
   public:
     explicit PlacesKeeper(CompositeImage& picture) : picture_(picture) {}
@@ -58,7 +57,6 @@ class PlacesKeeper : public Sink {
     CompositeImage band_;
 };
 
-/// Returns the picture with the legend below it.
 CompositeImage withLegend(const CompositeImage& picture, const std::vector<LegendLine>& lines) {
     const int width = picture.window.width(), height = picture.window.height();
     const LegendSize size = legendSize(lines, width);
@@ -76,7 +74,6 @@ CompositeImage withLegend(const CompositeImage& picture, const std::vector<Legen
     return both;
 }
 
-/// A run of `peeler check`. run() calls its stages in order.
 class Check {
   public:
     Check(const CheckOptions& options, Session& session)
@@ -125,10 +122,11 @@ class Check {
         if (!options_.unit && !named) noteUnit();
     }
 
-    /// Reports the assumed unit. If the scene is larger than any printer, suggests --unit mm
-    /// instead: files for printers are often in millimetres, although glTF specifies metres.
+    /// Prints a note with the assumed unit. If the scene is larger than any printer, prints a hint
+    /// about --unit mm instead: files for printers are often in millimetres, although glTF
+    /// specifies metres.
     void noteUnit() {
-        constexpr double kLarge = 10;  // metres; larger than any printer
+        constexpr double kLarge = 10;  // metres
         const glm::dvec3 size = report_.bounds.max - report_.bounds.min;
         const double largest = std::max({size.x, size.y, size.z});
         if (largest > kLarge)

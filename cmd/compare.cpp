@@ -38,7 +38,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The maximum size of a band of either file, in bytes.
+/// The maximum size of a band of each file, in bytes.
 constexpr std::uint64_t kComparedBandBytes = std::uint64_t{192} << 20;
 
 struct CompareOptions {
@@ -52,40 +52,39 @@ struct CompareOptions {
     ReportOptions report;
 };
 
-/// One of the two compared files: a layered or flat picture, read in bands.
+/// One of the two files: a layered or flat picture, read in bands.
 class ComparedImage {
   public:
-    /// Opens the file. Throws Error (kInput) if it is not an image.
+    /// Opens the file. Throws Error (kInput) if the file is not an image.
     ComparedImage(const std::string& path, const LayeredReadOptions& reading, Reporter& reporter);
 
     const std::string& path() const { return path_; }
     bool layered() const { return layered_; }
     std::size_t layers() const { return layered_ ? reader_->info().plan.layers.size() : 0; }
     Window picture() const;  ///< returns the display window
-    /// Returns the rendered pixels: the camera's crop if the file has a camera, else the whole
+    /// Returns the rendered pixels: the camera's crop or, if the file has no camera, the whole
     /// picture.
     Window pixels() const;
-    Window stored() const;  ///< returns the window of the stored pixels, which lies inside pixels()
-    /// Whether the file has a camera, whose crop is the rendered part.
+    Window stored() const;  ///< returns the window of the stored pixels, which is inside pixels()
+    /// Whether the file has a camera. Then pixels() is the camera's crop.
     bool isCrop() const { return reader_ && reader_->info().plan.view.known; }
-    /// Whether the file format (OpenEXR) stores the position of the pixels in the display window.
+    /// Whether the file format (OpenEXR, arrays) stores the position of the pixels in the display
+    /// window.
     bool placed() const { return reader_ != nullptr; }
 
-    /// Sets the window of pixels to compare. Pixels of the window outside pixels() have no
-    /// fragments.
+    /// Sets the window of pixels to compare. Pixels outside pixels() have no fragments.
     void choose(const Window& window) { window_ = window; }
     const Window& window() const { return window_; }
-    /// Returns the maximum number of rows that read() may read at once within about `bytes`.
+    /// Returns the largest number of rows for which read() needs at most about `bytes`.
     int rowsFor(std::uint64_t bytes) const;
-    /// Reads `rows` rows starting at `first`, counted from the top of window(). OpenEXR images
-    /// only.
+    /// Reads `rows` rows, the first at `first` rows below the top of window(). Only if placed().
     void read(int first, int rows, LayeredImage& out);
     /// Reads rows of any image as a composite without a background.
     void read(int first, int rows, CompositeImage& out);
 
   private:
     std::string path_;
-    std::unique_ptr<LayeredInput> reader_;  ///< set only for OpenEXR images
+    std::unique_ptr<LayeredInput> reader_;  ///< set if placed()
     bool layered_ = false;
     FlatImage flat_;
     Window window_;
@@ -165,9 +164,9 @@ void ComparedImage::read(int first, int rows, CompositeImage& out) {
                 sizes + " pixels; compare images of the same size");
 }
 
-/// Sets the pixels to compare in two OpenEXR images: the stored window if it is the same in both
-/// images, else all pixels of both. Throws Error (kUsage) if the images differ in size or in their
-/// cameras' crops.
+/// Sets the pixels to compare in two images that are placed(): the stored window if it is the same
+/// in both images, else all pixels of both. Throws Error (kUsage) if the images differ in size or
+/// in their cameras' crops.
 void choosePlaced(ComparedImage& a, ComparedImage& b) {
     if (a.picture() != b.picture())
         refuseSizes(
@@ -191,8 +190,8 @@ void chooseWindows(ComparedImage& a, ComparedImage& b) {
     const auto is_like = [](const Window& one, const Window& other) {
         return one.width() == other.width() && one.height() == other.height();
     };
-    // An image without placement may cover the display window or the stored window of the other
-    // image, so its size is compared with both.
+    // An image without placement may have the size of the other image's display window, or of the
+    // other image's stored window.
     for (const Window& of_a : {a.picture(), a.stored()}) {
         for (const Window& of_b : {b.picture(), b.stored()}) {
             if (!is_like(of_a, of_b)) continue;
@@ -205,7 +204,6 @@ void chooseWindows(ComparedImage& a, ComparedImage& b) {
         a, b, "they hold " + comparedSizeText(a.stored()) + " and " + comparedSizeText(b.stored()));
 }
 
-/// A run of `peeler compare`. run() calls its stages in order.
 class Compare {
   public:
     Compare(const CompareOptions& options, Reporter& reporter)

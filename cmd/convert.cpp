@@ -29,7 +29,8 @@ struct ConvertOptions : LayeredRunOptions {
     bool cryptomatte = false;
 };
 
-/// Throws Error (kUsage) if the output format does not store layers.
+/// Throws Error (kUsage) if the output format stores no layers or, with --cryptomatte, no
+/// composite.
 void checkHoldsLayers(const ConvertOptions& options) {
     const std::string path = options.output.path.string();
     const OutputFormat& format = findOutputFormat(path, options.output.options.as);
@@ -50,7 +51,7 @@ void checkHoldsLayers(const ConvertOptions& options) {
     }
 }
 
-/// Warns if the output would lose the input's Cryptomatte.
+/// Warns if the output lacks the input's Cryptomatte. With --strict, throws Error (kInput) instead.
 void warnOfCryptomatte(const ConvertOptions& options, const ExrInfo& info, const LayeredRun& run,
                        Reporter& reporter) {
     if (!info.has_cryptomatte || options.cryptomatte || keepsCryptomatte(info, run.output)) return;
@@ -62,8 +63,8 @@ void warnOfCryptomatte(const ConvertOptions& options, const ExrInfo& info, const
 }
 
 /// Counts the fragments of every layer, because the output's header contains the window of each
-/// layer. Deep input already has the counts. In other input, the windows in the header may be
-/// larger than necessary.
+/// layer. Skips deep input, whose counts are exact. In the headers of other input, windows may be
+/// larger than their layers.
 void countLayers(LayeredInput& input, LayeredRun& run) {
     if (!input.info().deep.empty()) return;
     DepthComplexity complexity(run.plan.view.crop);

@@ -75,7 +75,6 @@ std::string toText(const gl::Device& device) {
     return text;
 }
 
-/// Returns the default thread count and memory budget as JSON.
 nlohmann::ordered_json machineJson() {
     const Limit threads = allowedThreads();
     nlohmann::ordered_json json;

@@ -36,8 +36,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The maximum size of a band, in bytes. It is smaller than kBandBytes, because the writer of each
-/// layer also holds a band.
+/// The maximum size of a band, in bytes. Smaller than kBandBytes, because the writer of each layer
+/// also holds a band.
 constexpr std::uint64_t kExtractBandBytes = std::uint64_t{64} << 20;
 
 /// An output other than the layers: its kind in the result, its file and its sink.
@@ -45,14 +45,13 @@ struct Product {
     std::string kind;
     fs::path path;
     std::unique_ptr<Sink> sink;
-    /// Returns the forecast file size. The picture's bands have the same arrays as the given band.
+    /// Returns the forecast file size. All bands have the same arrays as the given band.
     std::function<SizeForecast(const Plan&, const LayeredImage&)> forecast;
-    /// Returns the bytes per fragment that the sink needs besides the band. All bands have the same
-    /// arrays as the given band.
+    /// Returns the bytes per fragment that the sink needs in addition to the band. All bands have
+    /// the same arrays as the given band.
     std::function<std::uint64_t(const LayeredImage&)> fragment_bytes;
 };
 
-/// A run of `peeler extract`. run() calls its stages in order.
 class Extract {
   public:
     Extract(const ExtractOptions& options, Reporter& reporter)
@@ -107,17 +106,17 @@ class Extract {
     std::unique_ptr<LayeredInput> reader_;
     Provenance provenance_;
     bool camera_known_ = false;
-    Plan whole_, chosen_;  ///< plans for the whole picture, and for only the chosen layers
+    Plan whole_, chosen_;  ///< for the whole picture, and for only the chosen layers
     LayerSelection selection_;
     std::optional<LayerFiles> layers_;
     std::vector<Product> products_;
-    /// A sink in products_, or null if counts are not requested.
+    /// A sink in products_, or null without --counts.
     CountMap* counts_ = nullptr;
-    LayeredImage sample_;  ///< the picture's first row, which has the types of all channels
+    LayeredImage sample_;  ///< first row of the picture, for the types of all channels
     std::uint64_t band_bytes_ = 0;
-    bool counted_ = false;  ///< whether the counts in the plans are exact
+    bool counted_ = false;  ///< whether the plans contain exact counts
     Forecast forecast_;
-    std::optional<DepthComplexity> complexity_;  ///< set by count()
+    std::optional<DepthComplexity> complexity_;
     /// Resident bytes and their peak before the extraction.
     std::uint64_t resident_ = 0, peak_ = 0;
     std::uint64_t fragments_ = 0;
@@ -187,7 +186,7 @@ void Extract::selectLayers() {
 void Extract::addProducts() {
     const std::string scene =
         provenance_.scene.empty() ? "the scene" : printable(provenance_.scene);
-    // The last name belongs to glTF's default material. Hits report this material as no material.
+    // The last name belongs to glTF's default material, which hits report as no material.
     const auto default_material = static_cast<std::uint32_t>(provenance_.ids.materials.size());
     if (options_.counts) {
         auto map = std::make_unique<CountMap>(options_.counts->string(),
@@ -223,15 +222,15 @@ void Extract::addProducts() {
     }
 }
 
-/// Returns the sample band with the channels that the products receive.
+/// Returns sample_ with the channels that the products receive.
 LayeredImage Extract::bandLike() const {
     LayeredImage band = sample_;
     if (!products_.empty() && !findChannel(band, "layer")) addLayerIndices(band);
     return band;
 }
 
-/// Returns the whole picture's plan. Takes the bytes per fragment from sample_, because headers
-/// lack them.
+/// Returns the whole picture's plan. The bytes per fragment are from sample_, because headers lack
+/// them.
 Plan Extract::wholePlan() const {
     Plan whole = whole_;
     whole.color_type = sample_.color.type;
@@ -241,7 +240,6 @@ Plan Extract::wholePlan() const {
     return whole;
 }
 
-/// Returns the memory used when bands have `rows` rows.
 BandUse Extract::useOf(int rows) const {
     const LayeredImage band = bandLike();
     BandUse use = noUseOf(band);
@@ -255,18 +253,17 @@ BandUse Extract::useOf(int rows) const {
         add_memory(product.sink->memory(chosen_));
         use.made.fragment += product.fragment_bytes(band);
     }
-    // Omits the growth of arrays in two cases. A single band's arrays do not grow. Without outputs
-    // that store fragments, memory already included is large enough for the growth.
+    // Arrays do not grow if there is a single band. If no output stores fragments, the memory
+    // counted above covers the growth.
     const bool alone = rows >= whole_.view.crop.height();
     if (products_.empty() && (alone || !options_.writesFragments())) use.array_bytes = 0;
-    if (products_.size() > 1) {  // one sink gets the band itself, and the others share one copy
+    if (products_.size() > 1) {  // one sink gets the band, the others share a copy
         use.made.fragment += use.list_bytes;
         use.made.pixel += sizeof(std::uint32_t);
     }
     return use;
 }
 
-/// Chooses the size of bands. A tight budget makes bands smaller.
 void Extract::chooseBands() {
     const Window& crop = whole_.view.crop;
     reader_->read({crop.x0, crop.y0, crop.x1, crop.y0 + 1}, sample_);
@@ -274,7 +271,7 @@ void Extract::chooseBands() {
                                   [this](int rows) { return useOf(rows); });
 }
 
-/// Counts the fragments if an output's header contains their number.
+/// Counts the fragments if an output's header contains the count.
 void Extract::count() {
     const bool partial_counts = options_.counts && !selection_.all();
     if (options_.arrays || options_.writesFragments() || partial_counts) countAll();
@@ -284,7 +281,7 @@ void Extract::countAll() {
     counted_ = true;
     DepthComplexity& complexity = complexity_.emplace(whole_.view.crop);
     forEachBand({"count", kCountEnd}, [&](const LayeredImage& band) { complexity.addBand(band); });
-    // Files from other programs may have windows that are larger than their layers.
+    // The windows in files from other programs may be larger than the layers.
     const std::vector<LayerPlan> found = complexity.layers();
     chosen_.fragments_stored = 0;
     for (std::size_t layer = 0; layer < found.size(); ++layer) {
@@ -294,8 +291,8 @@ void Extract::countAll() {
     whole_.fragments_counted = std::max(whole_.fragments_counted, complexity.counted());
 }
 
-/// Forecasts all file sizes from the headers. Counts the fragments for a better forecast if the
-/// output might not fit on the disk.
+/// Forecasts all file sizes from the headers. If the output may not fit on the disk, counts the
+/// fragments and forecasts again.
 void Extract::forecast() {
     forecast_ = forecastOf();
     if (counted_ || !mayExceedDisk(forecast_)) return;
@@ -303,9 +300,9 @@ void Extract::forecast() {
     forecast_ = forecastOf();
 }
 
-/// Forecasts the memory, which depends on the maximum number of fragments per band. A dry run
-/// counts the fragments first; other runs count them while extracting. The forecast assumes that
-/// memory freed after counting is used again.
+/// Prepares the memory forecast, which depends on the maximum number of fragments per band. A dry
+/// run counts the fragments first; other runs count them while extracting. The forecast assumes
+/// that the system reuses the memory freed after counting.
 void Extract::forecastMemory() {
     if (options_.dry_run && !knowsBands()) countAll();
     returnFreeMemory();
@@ -318,12 +315,12 @@ bool Extract::isOneBand() const {
     return reader_->rowsFor(band_bytes_) >= whole_.view.crop.height();
 }
 
-/// Whether takes() uses actual fragment counts rather than the upper limits in the headers.
+/// Whether takes() uses exact fragment counts rather than the upper limits in the headers.
 bool Extract::knowsBands() const {
     return complexity_ || isOneBand() || reader_->mostOf(1).counted;
 }
 
-/// Returns the maximum number of resident bytes during the run.
+/// Returns the maximum resident bytes during the run.
 std::uint64_t Extract::takes() const {
     const auto use = [this](int rows) { return useOf(rows); };
     return std::max(repeatedPeak(peak_),
@@ -343,8 +340,8 @@ Forecast Extract::forecastOf() const {
     const LayeredImage band = bandLike();
     Plan plan = chosen_;
     if (!counted_) {
-        // The header's count is only an upper limit: it covers all layers, and another program may
-        // have changed the picture.
+        // The header's count is only an upper limit: it may include layers that are not chosen, and
+        // another program may have changed the picture.
         std::uint64_t most = 0;
         for (const LayerPlan& layer : chosen_.layers)
             most += layer.data_window.pixels();
@@ -387,7 +384,7 @@ void Extract::extract() {
         if (layers_) layers_->begin(whole_);
         forEachBand("extract", [&](LayeredImage& band) {
             if (counts && first) complexity_->addBand(band);
-            if (isOneBand()) returnFreeMemory();  // frees memory for writing
+            if (isOneBand()) returnFreeMemory();  // for writing
             if (layers_) layers_->write(band);
             if (!first || products_.empty()) return;
             if (!findChannel(band, "layer")) addLayerIndices(band);

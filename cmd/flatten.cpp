@@ -30,15 +30,15 @@ namespace fs = std::filesystem;
 struct FlattenOptions : LayeredRunOptions {
     fs::path input;
     ObjectOptions objects;
-    std::uint32_t max_layers = 0;  ///< number of layers to composite, nearest first; 0 = all
-    Tail tail = Tail::kDrop;       ///< treatment of the layers behind max_layers
+    std::uint32_t max_layers = 0;  ///< layers to composite, nearest first; 0 = all
+    Tail tail = Tail::kDrop;       ///< for the layers behind max_layers
     bool fxaa = false;
 
     bool blendsTail() const { return tail == Tail::kBlend; }
 };
 
-/// Limits the plan to the kept layers. The output's header must contain the number of their
-/// fragments, so counts the fragments unless the input's header has the number.
+/// Limits the plan to the kept layers. Counts the kept fragments for the output's header, unless
+/// the input's header has the count.
 void limitLayers(const FlattenOptions& options, LayeredInput& input, LayeredRun& run) {
     Plan& plan = run.plan;
     const bool limited = options.max_layers != 0 && options.max_layers < plan.layers.size();
@@ -64,7 +64,7 @@ void flatten(const FlattenOptions& options, Reporter& reporter) {
 
     const std::string path = run.output.path.string();
     OutputOptions output = run.outputOptions(input->info().provenance);
-    // An output hash derived from the input's hash would not cover --layers and --fxaa.
+    // An output hash made from the input's hash would not cover --layers and --fxaa.
     if (options.max_layers == 0 && !options.fxaa)
         output.provenance.output_hash = outputHashFrom(input->info(), run.plan.view, path, output);
     auto sink = makeSink(path, output);

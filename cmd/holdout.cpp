@@ -32,7 +32,7 @@ struct HoldoutOptions : LayeredRunOptions {
     std::optional<fs::path> by;
     ObjectOptions objects;
     SameDepth same_depth = SameDepth::kBehind;
-    CaptureJobOptions matte;  ///< for a scene
+    CaptureJobOptions matte;  ///< if `by` is a scene
 };
 
 constexpr Choice<SameDepth> kSameDepths[] = {
@@ -53,7 +53,7 @@ void checkHoldout(const HoldoutOptions& options) {
 FilteredInput::Filter filterOf(const HoldoutOptions& options, const ExrInfo& picture,
                                Session& session) {
     ObjectSelection selection;
-    if (options.objects.any() && !picture.plan.layers.empty())  // else there are no objects
+    if (options.objects.any() && !picture.plan.layers.empty())  // an empty picture has no objects
         selection = selectionOf(options.objects, picture, options.input.string());
     if (!options.by) return [selection](LayeredImage& band) { holdOutSelected(band, selection); };
     CaptureJobOptions matte = options.matte;

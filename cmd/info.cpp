@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// peeler info: lists the content of a file, whose kind is detected by content, not by name.
+// peeler info: lists the content of a file. The kind of file is detected by content, not by name.
 #include <filesystem>
 #include <memory>
 
@@ -27,8 +27,8 @@ int printInfo(const InfoOptions& options, Reporter& reporter) {
         return 0;
     }
     refusePictureChoice(options.image);
-    // A file with a scene's extension but without its signature goes to the scene reader, which
-    // gives the best error message.
+    // A file with a scene's extension but without a scene's signature goes to the scene reader,
+    // which gives the best error message.
     if (!sceneFormatOf(options.file) && !isSceneName(options.file))
         throw Error(ErrorKind::kInput, "neither a scene nor an OpenEXR image",
                     options.file.string(), "give a glTF, PLY, STL, OBJ, 3MF, array or .exr file");

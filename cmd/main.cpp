@@ -48,7 +48,8 @@ void installSignalActions() {
         std::signal(number, SIG_IGN);
 }
 
-/// Ends the process where throwing is impossible. Does not allocate. May be called from any thread.
+/// Ends the process where throwing is impossible. Does not allocate memory. May be called from any
+/// thread.
 [[noreturn]] void endAtOnce(peeler::ErrorKind kind, std::string_view line) {
     peeler::removeTemporaryFiles();
     [[maybe_unused]] const auto written = write(STDERR_FILENO, line.data(), line.size());

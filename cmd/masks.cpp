@@ -71,7 +71,7 @@ struct MasksOptions : CaptureJobOptions {
     bool no_clobber = false, no_mkdir = false;
 };
 
-/// A run of the verb: masks of all views of a scene, from a single capture per view.
+/// A run of the verb: masks of all views of a scene.
 class Masks {
   public:
     Masks(const MasksOptions& options, Session& session)
@@ -85,15 +85,15 @@ class Masks {
         capture_.channels = {Channel::kId};
         // Opacity does not depend on light.
         capture_.shading = Shading::kUnlit;
-        // In half precision, 0.1 would be rounded down.
+        // In half precision, an alpha of 0.1 would be rounded down.
         if (options.see_through > 0) capture_.color_type = PixelType::kFloat;
     }
 
-    /// Returns the exit code, and sets the result as JSON, or null if there is none.
+    /// Returns the exit code. Sets `result` to the result as JSON, or to null if there is none.
     int run(Json& result);
 
   private:
-    /// The hash of a view's settings, and the hash of everything that determines the view's files.
+    /// Hashes of a view's settings, and of everything that determines the view's files.
     struct ViewHashes {
         std::string settings, output;
     };
@@ -120,9 +120,9 @@ class Masks {
     SequenceResults results_;
     CaptureSettings capture_;
     MaskPictures pictures_;
-    const OpenedScene* scene_ = nullptr;        ///< owned by job_
-    std::vector<View> seen_;                    ///< cameras of all views
-    std::map<std::size_t, ViewHashes> hashes_;  ///< hashes of the requested views, by view index
+    const OpenedScene* scene_ = nullptr;  ///< owned by job_
+    std::vector<View> seen_;
+    std::map<std::size_t, ViewHashes> hashes_;  ///< by view index; only of requested views
     SceneObjects objects_;
     std::optional<MaskFolder> folder_;
     std::optional<ProgressReport> progress_;
@@ -278,7 +278,7 @@ void Masks::ofView(std::size_t view) {
     const View canvas = canvasOf(seen_[view], options_.canvas, masks.picture);
     masks.see_through = static_cast<float>(options_.see_through);
     masks.layers = options_.formats.ids;
-    // Each thread writes one picture at a time. It needs memory for the picture's pixels and for
+    // Each thread writes one picture at a time, and needs memory for the picture's pixels and for
     // the encoder.
     constexpr std::uint64_t kEncoderBytes = std::uint64_t{24} << 20;
     const std::uint64_t pixels = seen_[view].crop.pixels();
@@ -358,7 +358,7 @@ void Masks::report(std::size_t view, PictureResult& result, const Json& objects,
         result.view = static_cast<int>(view);
         result.camera = views_.name(view);
     }
-    if (view + 1 == end_) progress_->update(1);  // before the last result
+    if (view + 1 == end_) progress_->update(1);  // before the last result is reported
     const std::string line = options_.output.string() + ": " + of;
     if (result.skipped) return results_.add(toJson(result), line + "skipped, already complete");
     if (results_.empty()) noteDisplay(result, reporter_);
@@ -385,8 +385,8 @@ int masksOfOne(MasksOptions& options, Session& session) {
     return std::max(code, reportMasks(options, result, session.reporter()));
 }
 
-/// Makes a folder of masks for each scene. Reports {"scenes": [one result per scene]} and, if any
-/// failed, "failed".
+/// Makes a folder of masks for each scene. Reports {"scenes": [one result per scene]} with a list
+/// "failed" if any scene failed.
 int masksOfEach(const MasksOptions& options, Session& session) {
     Reporter& reporter = session.reporter();
     options.report.applyTo(reporter);

@@ -34,7 +34,6 @@ struct MergeOptions : LayeredRunOptions {
     bool allow_gaps = false;
 };
 
-/// A run of `peeler merge`. run() calls its stages in order.
 class Merge {
   public:
     Merge(const MergeOptions& options, Reporter& reporter)
@@ -91,8 +90,8 @@ void Merge::open() {
     });
 }
 
-/// Chooses the output's kind: the kind given by --as, else the kind of the tiles. Composites are
-/// joined unchanged.
+/// Chooses the output's kind: --as or, by default, the kind of the tiles. Composites are joined
+/// unchanged.
 void Merge::chooseKind() {
     OutputRequest& output = run_.output;
     std::string& as = output.options.as;
@@ -100,7 +99,7 @@ void Merge::chooseKind() {
         findOutputFormat(path(), "").holds(OutputContent::kLayers))
         as = "deep";
     if (composites() && as.empty()) as = "composite";
-    checkFormat(output);  // again, because some options may not fit the chosen kind
+    checkFormat(output);  // again, because the kind may have changed
     if (!composites()) return;
     if (output.isGiven("--background")) {
         throw Error(ErrorKind::kUsage, "composites are merged with the backgrounds they have",
@@ -174,8 +173,8 @@ void Merge::plan() {
     plan.fragments_counted = plan.fragments_stored;
 }
 
-/// Counts the layers and fragments of the joined tiles. The headers cannot give these numbers if
-/// tiles overlap.
+/// Counts the layers and fragments of the joined tiles. If tiles overlap, the headers cannot give
+/// these numbers.
 void Merge::countLayers() {
     DepthComplexity complexity(run_.plan.view.crop);
     forEachBand({"count", kCountEnd}, [&](const LayeredImage& band) { complexity.addBand(band); });

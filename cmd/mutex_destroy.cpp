@@ -3,14 +3,15 @@
 //
 // lp_fence_signal() (lp_fence.c, Mesa 22.3.6 to 25.0.7 at least) increments the count in a
 // rasteriser thread under the fence's mutex. lp_fence_signalled() reads the count without the
-// mutex. At each framebuffer change lp_setup_get_empty_scene() destroys and frees a signalled
-// fence. The rasteriser thread may not have unlocked the mutex yet; when it does, it writes to
-// freed memory ("corrupted unsorted chunks", or SIGSEGV in a later malloc). Locking the mutex
-// before it is destroyed waits for that thread; Mesa's util_queue_fence_destroy() does the same.
+// mutex. At each framebuffer change, lp_setup_get_empty_scene() destroys and frees a signalled
+// fence. The rasteriser thread may not have unlocked the mutex yet. When the thread unlocks the
+// mutex, it writes to freed memory ("corrupted unsorted chunks", or SIGSEGV in a later malloc).
+// Locking the mutex before destroying it waits for that thread; Mesa's util_queue_fence_destroy()
+// does the same.
 //
-// Defined in the program and exported (CMakeLists.txt), this function overrides the C library's for
-// every library in the process. The peeler library does not define it, because that is up to its
-// host (examples/guide/library.md, "Threads and contexts").
+// Defined in the program and exported (CMakeLists.txt), this function overrides the C library's
+// function for every library in the process. The peeler library does not define it: that decision
+// is up to the host program (examples/guide/library.md, "Threads and contexts").
 #include <dlfcn.h>
 #include <pthread.h>
 

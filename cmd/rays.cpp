@@ -27,7 +27,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A run of `peeler rays`.
 class Rays {
   public:
     Rays(const RaysOptions& options, Session& session)
@@ -39,7 +38,6 @@ class Rays {
           results_(eachAlone() ? "view" : "", session.reporter()),
           tracer_(options, job_, results_, session.reporter()) {}
 
-    /// Returns the exit code.
     int run() {
         checkOptions();
         openScene();
@@ -115,7 +113,7 @@ void Rays::checkFiles() const {
 void Rays::openScene() {
     scene_ = &job_.openScene();
     if (!options_.scene.reading.metres_per_unit) job_.noteUnit();
-    // The files that the scene refers to are known only now.
+    // The scene's files are known only now.
     job_.checkOutputs(eachAlone() ? outputs() : std::vector<fs::path>());
     tracer_.setScene(*scene_, job_.pose());
     if (!views_.asked()) return;

@@ -50,12 +50,12 @@ struct Picture {
     CapturePlan plan{};
     PictureResult result{};
     std::unique_ptr<Sink> writer{};
-    OutputOptions written{};               ///< the options that the writer was created with
-    BackgroundSink* background = nullptr;  ///< the writer, if it runs on its own thread
+    OutputOptions written{};               ///< options of the writer
+    BackgroundSink* background = nullptr;  ///< the writer, if the writer runs on its own thread
 };
 
-/// A run of one request. Its pictures share the scene, the shaders and the context. The capture of
-/// a picture overlaps with the writing of the previous one.
+/// A run of one request. The pictures of a run share the scene, the shaders and the context. While
+/// a picture is captured, the previous picture may still be written.
 class Render {
   public:
     Render(const RenderOptions& options, Session& session)
@@ -65,8 +65,8 @@ class Render {
           request_(options, job_, session.reporter()),
           results_(request_.pictureKind(), session.reporter()) {}
 
-    /// Returns the exit code. `result` receives the result as JSON, or the plan of a dry run, or
-    /// null if there is no result.
+    /// Returns the exit code. Sets `result` to the result as JSON, or to the plan of a dry run, or
+    /// to null if there is no result.
     int run(Json& result) {
         request_.openScene();
         if (options_.sequence.dry_run) {
@@ -123,16 +123,16 @@ class Render {
     Reporter& reporter_;
     CaptureJob job_;
     RenderRequest request_;
-    // Automatic exposure in stops, metered before the first picture.
+    // Automatic exposure in stops; none = not metered yet.
     std::optional<float> exposure_;
-    bool noted_ = false;              // whether the note about the display transform was printed
-    std::optional<Picture> pending_;  // the previous picture, perhaps still being written
+    bool noted_ = false;
+    std::optional<Picture> pending_;  // previous picture, perhaps still being written
     SequenceResults results_;
     std::optional<ProgressReport> progress_;
-    std::optional<UsedCameras> cameras_;  ///< cameras written by --cameras-out
-    bool size_told_ = false;              ///< whether the file size forecast was reported
-    std::uint64_t memory_forecast_ = 0;   ///< bytes
-    std::size_t empty_ = 0;               ///< pictures without fragments
+    std::optional<UsedCameras> cameras_;  ///< for --cameras-out
+    bool size_told_ = false;
+    std::uint64_t memory_forecast_ = 0;  ///< bytes
+    std::size_t empty_ = 0;              ///< number of pictures without fragments
 };
 
 void Render::renderAll() {
@@ -142,7 +142,7 @@ void Render::renderAll() {
             render(i);
     } catch (...) {
         const Error error = currentError();
-        endPending(true);  // the failure of this picture does not affect the previous one
+        endPending(true);  // the previous picture has not failed
         throw error;
     }
     endPending();
@@ -156,7 +156,7 @@ void Render::renderAll() {
 void Render::render(std::size_t index) {
     Picture picture;
     picture.start = index == 0 ? job_.start() : Clock::now();
-    // Includes the time for opening the scene.
+    // The first picture's times include opening the scene.
     if (index == 0) picture.result.milliseconds = job_.takeTimes();
     try {
         if (!make(picture, index)) return;
@@ -201,7 +201,7 @@ bool Render::make(Picture& picture, std::size_t index) {
         if (error.kind() != ErrorKind::kDevice || !job_.hasContext()) throw;
         reporter_.warning(error.whatText() + "; trying once more.");
     }
-    // All GL objects of a lost context are lost.
+    // A lost context loses all GL objects.
     picture.writer.reset();
     job_.closeContext();
     pose(picture, index);
@@ -222,7 +222,7 @@ void Render::pose(Picture& picture, std::size_t index) {
     if (request_.makesSamples()) picture.result.sample_view = picture.asked.view;
 }
 
-/// Runs the count pass and creates the writer, but does not start it.
+/// Runs the count pass. Creates the writer, but does not start it.
 void Render::prepare(Picture& picture) {
     PictureRequest& asked = picture.asked;
     if (job_.renderer())
@@ -230,7 +230,7 @@ void Render::prepare(Picture& picture) {
     else
         job_.openRenderer(*asked.posed);
     GlRenderer& renderer = *job_.renderer();
-    // Told once, with the first picture.
+    // Reported only for the first picture.
     picture.result.camera_cut = !size_told_ && !reporter_.quiet() &&
                                 request_.views().cutsSceneOff(asked.view, *asked.posed);
     meterExposure(asked);
@@ -255,8 +255,8 @@ void Render::capture(Picture& picture) {
     picture.writer->finish();
 }
 
-/// Forecasts the memory of the run up to this picture. This is the maximum over the pictures,
-/// because each picture reuses the memory of the previous ones.
+/// Forecasts the memory of the run up to this picture. The forecast is the maximum over the
+/// pictures, because each picture reuses the memory of earlier pictures.
 void Render::forecastMemory(const Picture& picture) {
     memory_forecast_ = std::max({memory_forecast_, repeatedPeak(peakMemory()),
                                  job_.renderer()->forecastMemory(picture.plan, *picture.writer)});
@@ -264,7 +264,7 @@ void Render::forecastMemory(const Picture& picture) {
 }
 
 /// Adds the forecasts for the first picture to a dry run's result. The forecasts are null if there
-/// is no picture to render, or no device to count its fragments.
+/// is no picture to render, or no device to count fragments.
 void Render::forecast(Json& result) {
     const std::optional<std::size_t> first = RenderRequest::firstOf(result);
     for (const char* const unknown : {"forecastBytes", "forecastMemory"})
@@ -284,7 +284,7 @@ void Render::forecast(Json& result) {
     reportMemory(memory_forecast_, reporter_);
 }
 
-/// Meters the exposure once, before the first picture.
+/// Meters the exposure, once per run.
 void Render::meterExposure(const PictureRequest& asked) {
     if (!request_.metersExposure() || exposure_) return;
     exposure_ = job_.meterExposure(asked.capture, request_.views().cameras());
@@ -313,7 +313,7 @@ void Render::plan(Picture& picture) {
                 "use --layers all and no --occlusion-ratio, or leave --strict out");
 }
 
-/// Warns of the run's first empty picture, and counts all.
+/// Counts empty pictures. Warns only of the first empty picture unless --strict.
 void Render::noteEmpty(const Picture& picture) {
     const PictureRequest& asked = picture.asked;
     if (empty_++ > 0 && !options_.scene.reading.strict) return;
@@ -326,7 +326,7 @@ void Render::makeWriter(Picture& picture) {
     OutputOptions output = request_.writerOptions(picture.asked);
     if (exposure_) {
         output.exposure = *exposure_;
-        output.automatic_exposure = false;  // `exposure` is now the metered value
+        output.automatic_exposure = false;  // already metered
     }
     picture.written = output;
     reportSize(picture, output);
@@ -348,8 +348,8 @@ void Render::writeCameras() {
     cameras_->write();
 }
 
-/// Reports the forecast file size. Reports once, assuming that all remaining pictures, and those of
-/// the other scenes, have the same size.
+/// Reports the forecast file size, once per run. Assumes that all remaining pictures, including
+/// those of other scenes, have the same size.
 void Render::reportSize(Picture& picture, const OutputOptions& output) {
     const std::filesystem::path& path = picture.asked.output.path;
     Forecast forecast;
@@ -362,8 +362,8 @@ void Render::reportSize(Picture& picture, const OutputOptions& output) {
     reportForecast(forecast, reporter_, options_.sequence.dry_run);
 }
 
-/// Returns the progress callback for a capture. The last hundredth of a picture's progress is left
-/// for writing.
+/// Returns the progress callback for a capture. The last hundredth of a picture's progress is for
+/// writing.
 Progress Render::progressOf(const Picture& picture) {
     if (!progress_) return {};  // a dry run shows no progress
     const auto index = static_cast<double>(picture.asked.index);
@@ -372,13 +372,13 @@ Progress Render::progressOf(const Picture& picture) {
     };
 }
 
-/// Shows the end of the run before the result of the last picture.
+/// Completes the progress bar before the result of the last picture is reported.
 void Render::finishProgress(const Picture& picture) {
     if (picture.asked.index + 1 == request_.pictures()) progress_->update(1);
 }
 
-/// Finishes the previous picture if it is pending. If writing it failed, throws the error or, if
-/// `keep_going`, adds it to the results.
+/// Finishes the previous picture, if any. If writing has failed, throws the error or, if
+/// `keep_going`, adds the error to the results.
 void Render::endPending(bool keep_going) {
     if (!pending_) return;
     Picture picture = std::move(*pending_);
@@ -429,7 +429,7 @@ void Render::addResult(const PictureResult& result) {
     results_.add(toJson(result), summary(result));
 }
 
-/// Prints the result, and stores it if the options request a report. Returns the exit code.
+/// Reports the result as the options request. Returns the exit code.
 int report(const RenderOptions& options, const Json& result, Reporter& reporter) {
     return runReported(reporter, [&] {
         if (options.sequence.dry_run)
@@ -449,7 +449,7 @@ int renderOne(const RenderOptions& options, Session& session) {
 }
 
 /// Renders the scenes one by one, each with its options in `scenes`. Reports {"scenes": [one result
-/// per scene]} and, if any failed, "failed".
+/// per scene]} with a list "failed" if any scene failed.
 int renderEach(const RenderOptions& options, const std::vector<RenderOptions>& scenes,
                Session& session) {
     Reporter& reporter = session.reporter();

@@ -52,9 +52,9 @@ constexpr Choice<SheetMethods> kMethodChoices[] = {
 struct SheetOptions {
     SheetRequest request;
     std::optional<int> shadow_size;
-    int columns = 0;  ///< number of columns; 0 = chosen for a nearly square page
+    int columns = 0;  ///< 0 = chosen for a nearly square page
     OutputRequest output;
-    std::set<std::string> given;  ///< given options that apply only to scenes
+    std::set<std::string> given;  ///< the given options that apply only to scenes
 };
 
 constexpr const char* kOutputHelp = "the file to write: .png, .jpg, .jpeg, .tif, .tiff";
@@ -71,7 +71,6 @@ class Sheets {
                  session.reporter()),
           results_(views_.asked() ? "view" : "", session.reporter()) {}
 
-    /// Returns the exit code.
     int run();
 
   private:
@@ -205,7 +204,7 @@ void Sheets::ofView(SceneSheet& sheet, const OpenedScene& scene, std::size_t vie
     }
     if (options_.output.no_clobber) checkNotThere(path);
     SheetContent content = sheet.make(view);
-    // Without --views, the file gets no hash.
+    // A file without --views gets no hash.
     writeSheet(content, path, views_.asked() ? hash : "");
     report(content, view);
 }
@@ -238,21 +237,21 @@ void Sheets::writeSheet(SheetContent& content, const fs::path& path,
     style.columns = options_.columns;
     const OutputOptions& asked = options_.output.options;
     if (options_.output.isGiven("--background")) style.background = asked.background;
-    // Depths are shown in grey, so the background is coloured.
+    // Depths are grey, so the background is coloured.
     constexpr std::array<float, 4> kBehindDepth{0.42F, 0.55F, 0.74F, 1};
     const bool depth = request_.cells.show == SheetShow::kDepth;
     if (depth && !style.background) style.background = kBehindDepth;
     style.exposure = content.exposure.value_or(asked.exposure);
     if (options_.output.isGiven("--tone-map"))
         style.tone_map = asked.tone_map;
-    else if (!depth)  // the greys of depths are not tone-mapped
+    else if (!depth)  // depths are not tone-mapped
         style.tone_map = toneMaps().front().name;
     content.result.display = {style.tone_map, style.exposure, content.exposure.has_value(), 0};
     const CompositeImage page = layOut(content.cells, style);
     content.result.width = page.window.width();
     content.result.height = page.window.height();
     const StageTimer timer(content.result.milliseconds, "encode");
-    OutputOptions output;  // has no exposure and tone map, which are already applied
+    OutputOptions output;  // exposure and tone map are already applied to the page
     output.provenance.version = PEELER_VERSION;
     output.provenance.output_hash = hash;
     writePicture(path.string(), page, output);

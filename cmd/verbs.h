@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The declare functions of the verbs, for the verb table. A new verb is a file, a row in the table
-// and a line here.
+// The declare functions of the verbs, for the verb table. A new verb needs a file, a row in the
+// table and a line here.
 #pragma once
 
 #include "cmd/cli/command_line.h"

@@ -54,10 +54,10 @@ void checkSettings(std::vector<VerifiedFile>& files) {
     }
 }
 
-/// Returns the frames missing between the first and the last. The step is the largest that fits all
-/// frames.
+/// Returns the frames missing between the first and the last frame. Assumes the largest step that
+/// fits all frames.
 std::vector<int> missingFrames(const std::vector<VerifiedFile>& files) {
-    constexpr std::int64_t kMost = 1000000;  // like kMaxFrames, the limit of --frames
+    constexpr std::int64_t kMost = 1000000;  // equals kMaxFrames, the limit of --frames
     std::set<std::int64_t> frames;
     for (const VerifiedFile& file : files) {
         if (isOurs(file)) frames.insert(file.provenance.frame);
@@ -74,7 +74,7 @@ std::vector<int> missingFrames(const std::vector<VerifiedFile>& files) {
     return missing;
 }
 
-/// Returns a list of frames as text: "3, 5-8, 11".
+/// Returns text such as "3, 5-8, 11".
 std::string framesText(const std::vector<int>& frames) {
     std::string text;
     for (std::size_t i = 0; i < frames.size();) {
@@ -122,7 +122,7 @@ std::string toText(const VerifiedFile& file) {
     text += file.kind == VerifiedKind::kFlat ? "good, without layers"
                                              : "good, " + countText(file.layers, "layer") + ", " +
                                                    countText(file.fragments, "fragment");
-    // Without the pixel hash, changes to the pixels cannot be detected.
+    // Without the pixel hash, changed pixels cannot be detected.
     return text + (proven ? "\n" : std::string("; without ") + kPixelHash + '\n');
 }
 

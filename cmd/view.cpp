@@ -43,10 +43,10 @@ namespace fs = std::filesystem;
 
 constexpr const char* kMethod = "reprojection";
 
-/// The options for the camera: the file's camera, moved or not, or a new camera.
+/// The camera options: move the file's camera, or replace it.
 struct ViewCameraOptions {
     std::optional<glm::dvec3> eye, target, up;
-    std::optional<glm::dvec2> orbit;     ///< angles to the right and upwards, degrees
+    std::optional<glm::dvec2> orbit;     ///< yaw to the right and pitch upwards, degrees
     std::optional<double> fov;           ///< vertical, degrees
     std::optional<double> ortho_height;  ///< scene units
     std::optional<Size> size;
@@ -71,8 +71,8 @@ glm::dvec2 parseAngles(std::string_view text) {
     return {numbers[0], numbers[1]};
 }
 
-/// Returns a camera that is rotated around a point: first to the right, about `up`, then upwards,
-/// about its new right axis.
+/// Returns a camera rotated around a point: first to the right, about `up`, then upwards, about the
+/// new right axis of the camera.
 glm::dmat4 orbited(const glm::dmat4& camera, const glm::dvec3& center, const glm::dvec3& up,
                    const glm::dvec2& degrees) {
     const auto about = [&](double angle, const glm::dvec3& axis) {
@@ -84,8 +84,8 @@ glm::dmat4 orbited(const glm::dmat4& camera, const glm::dvec3& center, const glm
     return about(-degrees.y, glm::dvec3(yawed[0])) * yawed;
 }
 
-/// Returns an upper limit, in scene units, for the distance of the file's content from the camera
-/// of `view`.
+/// Returns an upper limit for the distance from the camera of `view` to the file's content, in
+/// scene units.
 double farthest(const LayeredImage& image, const View& own, const View& view) {
     const double depth = image.z.empty() ? 1 : *std::max_element(image.z.begin(), image.z.end());
     const double scale = own.projection.perspective ? depth : 1;
@@ -95,8 +95,7 @@ double farthest(const LayeredImage& image, const View& own, const View& view) {
            glm::length(glm::dvec3(view.camera_to_world[3] - own.camera_to_world[3]));
 }
 
-/// Declares the options in ViewCameraOptions: --eye, --target, --up, --orbit, --fov,
-/// --ortho-height, --size and --crop. `options` must outlive the parse.
+/// Declares the options in ViewCameraOptions. `options` must outlive the parse.
 void addViewCameraOptions(VerbOptions& verb, ViewCameraOptions& options) {
     const auto add = [&](const char* name, const char* value, auto& target, auto parse,
                          const std::string& help, const char* group) {
@@ -140,16 +139,16 @@ void checkViewCameraOptions(const ViewCameraOptions& options) {
                "move one of them");
 }
 
-/// Returns the centre of interest in world space: the point on the viewing axis at medianDepth(),
-/// or at depth 1 if there are no fragments.
+/// Returns the default target in world space: the point on the viewing axis at medianDepth(), or at
+/// depth 1 if there are no fragments.
 glm::dvec3 centerOfInterest(const LayeredImage& image, const View& view) {
     const glm::dmat4& place = view.camera_to_world;
     return glm::dvec3(place[3]) - glm::dvec3(place[2]) * medianDepth(image, view).value_or(1);
 }
 
 /// Returns the file's camera `own` with the options applied. The near and far planes of a moved
-/// camera do not clip the file's content. Keeps the file's crop only if camera and size are
-/// unchanged. Throws Error (kUsage) if the camera is invalid.
+/// camera do not clip the file's content. Keeps the file's crop only if neither the camera nor the
+/// size changes. Throws Error (kUsage) if the camera is invalid.
 View viewFrom(const View& own, const LayeredImage& image, const ViewCameraOptions& options) {
     View view = own;
     Projection& projection = view.projection;
@@ -192,7 +191,7 @@ View viewFrom(const View& own, const LayeredImage& image, const ViewCameraOption
     if (moved) {
         view.camera_name.clear();
         // The file's content is already clipped at the planes of the file's camera. If the planes
-        // moved with the camera, they would clip the content again.
+        // moved with the camera, they would clip the content a second time.
         const double distance = glm::length(target - glm::dvec3(view.camera_to_world[3]));
         projection.near = projection.perspective ? 1e-4 * distance : 0;
         projection.far = projection.perspective ? std::numeric_limits<double>::infinity()
@@ -208,8 +207,8 @@ View viewFrom(const View& own, const LayeredImage& image, const ViewCameraOption
     return view;
 }
 
-/// Chooses the output kind and returns whether it is a page. Throws Error (kUsage) if options do
-/// not apply to that kind.
+/// Chooses the output kind. Returns whether the output is a page. Throws Error (kUsage) if options
+/// do not apply to the output kind.
 bool chooseKind(const ViewOptions& options, OutputRequest& output) {
     const OutputFormat& format = findOutputFormat(output.path.string(), "");
     const bool page = format.holds(OutputContent::kPage);
@@ -225,8 +224,8 @@ bool chooseKind(const ViewOptions& options, OutputRequest& output) {
     return page;
 }
 
-/// Returns all fragments of the input, or those of the nearest layers, and updates the plan to
-/// match.
+/// Returns the fragments of the input, or only those of the nearest layers, and updates the plan
+/// accordingly.
 LayeredImage load(const ViewOptions& options, LayeredInput& input, Plan& plan) {
     if (!input.info().attributes().contains("peeler:cameraJson")) {
         throw Error(ErrorKind::kInput, "the file has no camera", options.input.string(),
@@ -244,7 +243,7 @@ LayeredImage load(const ViewOptions& options, LayeredInput& input, Plan& plan) {
     return image;
 }
 
-/// Reprojects an image from its own view to the view of the run's plan, band by band.
+/// Reprojects an image from its own view to the view in the run's plan, band by band.
 void reprojectInto(Sink& sink, const LayeredImage& image, const View& own, LayeredRun& run,
                    Reporter& reporter) {
     ProgressReport progress(reporter, "view");
@@ -257,7 +256,7 @@ void reprojectInto(Sink& sink, const LayeredImage& image, const View& own, Layer
             progress.update(share);
         });
     });
-    // Bands are written during the capture, so subtract the sink's times.
+    // The stage "capture" does not include writing, which has its own stages.
     for (const auto& [stage, milliseconds] : sink.times())
         run.result.milliseconds["capture"] -= milliseconds;
 }
@@ -277,7 +276,7 @@ void view(const ViewOptions& options, Reporter& reporter) {
     const std::string path = run.output.path.string();
     Provenance provenance = info.provenance;
     provenance.method = kMethod;
-    provenance.settings_hash.clear();  // these settings are those of the input, not of the new view
+    provenance.settings_hash.clear();  // describes the input, not the new view
     provenance.settings.clear();
     OutputOptions output = run.outputOptions(provenance);
     if (page && options.max_layers == 0) {
@@ -297,7 +296,7 @@ void view(const ViewOptions& options, Reporter& reporter) {
         else
             reprojectInto(*sink, image, own, run, reporter);
     });
-    run.plan.samples = 1;  // the view has one sample per pixel, whatever the input has
+    run.plan.samples = 1;  // also if the input has several samples per pixel
     run.report(output, provenance);
 }
 

@@ -26,7 +26,7 @@ struct WorkerOptions {
     std::optional<std::uint64_t> keep;
 };
 
-/// Returns the limits of each process: an equal share of threads and memory.
+/// Returns the limits of each process: equal shares of threads and memory.
 JobLimits shareOf(const WorkerOptions& options) {
     const auto jobs = static_cast<std::uint64_t>(options.jobs);
     JobLimits limits;

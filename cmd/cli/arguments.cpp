@@ -29,8 +29,8 @@ Texts namesOf(const CLI::Option& option) {
     return names;
 }
 
-/// A formatter of --help that lists the names of an option as "-o, --output". CLI11 would also show
-/// the value of a flag's opposite, as "--no-refine{false}".
+/// A formatter of --help that lists the names of an option as "-o, --output". CLI11's formatter
+/// also shows the value of a flag's opposite: "--no-refine{false}".
 class HelpFormatter : public CLI::Formatter {
   public:
     std::string make_option_name(const CLI::Option* option, bool is_positional) const override {
@@ -66,7 +66,7 @@ void complete(OptionDescription& description, const CLI::Option& option) {
     if (description.help.empty()) description.help = option.get_description();
 }
 
-/// Throws Error (kUsage) for an empty value, which often comes from an unset variable in a script.
+/// Throws Error (kUsage) for an empty value. Unset variables in scripts often cause empty values.
 void refuseEmpty(const std::string& name, bool is_file) {
     refuse(is_file ? "the name is empty" : "the value is empty", name,
            "give one; a variable in your script may be unset");
@@ -85,7 +85,8 @@ std::string helpHint(const CLI::App& app) {
     return "see peeler " + (chosen.empty() ? "" : chosen.front()->get_name() + " ") + "--help";
 }
 
-/// Returns a command for the first of these arguments that names a scene or an EXR file, else "".
+/// Returns a command that makes a picture of the first argument that names a scene or an EXR file,
+/// or "" if there is none.
 std::string commandFor(const Texts& arguments) {
     for (const std::string& argument : arguments) {
         const std::string extension = lowerExtension(argument);
@@ -103,8 +104,8 @@ std::string commandFor(const Texts& arguments) {
     return "";
 }
 
-/// Throws Error (kUsage) if a verb's output is given more than once. Other options take the last
-/// text, so that scripts can append to a command.
+/// Throws Error (kUsage) if a verb's output is given more than once. If other options are repeated,
+/// the last text counts, so that scripts can append to a command.
 void refuseOutputs(const CLI::App& verb) {
     const CLI::Option* const option = verb.get_option_no_throw("--output");
     if (!option || option->count() < 2) return;
@@ -113,8 +114,8 @@ void refuseOutputs(const CLI::App& verb) {
            "leave one of them out, or run peeler once for each");
 }
 
-/// Returns an error for the first argument that CLI11 did not recognise, with the nearest known
-/// name.
+/// Returns an error, with the nearest known name, for the first argument that CLI11 did not
+/// recognise.
 Error unplaced(const CLI::App& app, std::string hint) {
     const auto chosen = app.get_subcommands();
     const CLI::App& verb = chosen.empty() ? app : *chosen.front();
@@ -264,7 +265,7 @@ Option VerbOptions::described(CLI::Option& option, const std::string& help) cons
 
 Option VerbOptions::addText(const std::string& name, const std::string& value_name,
                             const Take& take, const std::string& help) {
-    // In messages, "-o,--output" becomes "--output"; "SCENE" stays unchanged.
+    // "--output" for "-o,--output", for messages.
     const std::size_t long_name = name.find("--");
     const std::string shown = long_name == std::string::npos ? name : name.substr(long_name);
     const Take assign = [take, shown, verb = *this](const std::string& text) {
@@ -276,7 +277,7 @@ Option VerbOptions::addText(const std::string& name, const std::string& value_na
         }
     };
     return described(*app_->add_option_function<std::string>(name, assign)
-                          // With "", CLI11 would print its own text.
+                          // " " because CLI11 replaces "" by its own text
                           ->option_text(value_name.empty() ? " " : value_name)
                           ->take_last(),
                      help);

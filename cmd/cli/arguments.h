@@ -22,7 +22,6 @@ class Option;
 
 namespace peeler::cmd {
 
-/// A name that an option accepts as its value.
 struct ChoiceDescription {
     std::string name;  ///< "" = `summary` is a heading for the choices that follow
     std::string summary;
@@ -32,9 +31,9 @@ struct ChoiceDescription {
 /// An option's description for --help, the manual and shell completions.
 struct OptionDescription {
     std::vector<std::string> names;  ///< "-o", "--output"; empty for positional arguments
-    std::string value_name;          ///< also the name of a positional argument; "" for a flag
+    std::string value_name;          ///< also for positional arguments; "" for a flag
     std::string group;
-    std::string help;  ///< help text, not wrapped, without the choices
+    std::string help;  ///< not wrapped; without the choices
     std::vector<ChoiceDescription> choices;
     bool takes_list = false;  ///< whether the option accepts several choices, separated by commas
     bool required = false;
@@ -43,7 +42,6 @@ struct OptionDescription {
     std::vector<std::string> endings;  ///< accepted file extensions: ".glb"; empty = any
 };
 
-/// The description of a verb or of the program.
 struct CommandDescription {
     std::string name, summary, examples;
     std::string footer;  ///< text at the end of the help, already wrapped
@@ -51,7 +49,7 @@ struct CommandDescription {
     std::vector<CommandDescription> verbs;
 };
 
-/// Returns descriptions of the rows of a table that have a name and a summary.
+/// Returns the descriptions of a table's rows, which have a name and a summary.
 template <class Rows>
 std::vector<ChoiceDescription> describeChoices(const Rows& rows, bool first_is_default = false) {
     std::vector<ChoiceDescription> choices;
@@ -74,7 +72,6 @@ class Option {
 
     /// Sets the heading under which the help lists the option.
     Option group(const std::string& heading);
-    /// Sets whether the option is required.
     Option required(bool is_required = true);
     /// Replaces the option's help text, but not the choices.
     Option description(const std::string& help);
@@ -82,8 +79,8 @@ class Option {
     Option oneOf(std::vector<ChoiceDescription> choices);
     /// Sets the names that the option accepts as a comma-separated list.
     Option someOf(std::vector<ChoiceDescription> choices);
-    /// Marks the option's value as a file with one of these extensions, separated by spaces (".gltf
-    /// .glb"); "" = any.
+    /// Marks the option's value as a file name. `endings` are the accepted extensions, separated by
+    /// spaces (".gltf .glb"); "" = any.
     Option files(const std::string& endings);
 
     std::string name() const;  ///< returns "--output" for "-o,--output"
@@ -94,10 +91,10 @@ class Option {
     OptionDescription* description_;
 };
 
-/// An option or positional argument as given, with one of its texts.
+/// An occurrence of an option or positional argument on the command line.
 struct GivenOption {
-    std::string name;  ///< name on the command line: "--output"
-    std::string text;  ///< value as given; "true" for a flag
+    std::string name;  ///< "--output"
+    std::string text;  ///< "true" for a flag
     std::string group;
     bool is_file = false;
 };
@@ -130,17 +127,16 @@ class VerbOptions {
     Option addRepeated(const std::string& name, const std::string& value_name, const Take& take,
                        const std::string& help);
 
-    /// Adds an option without a value.
     Option addFlag(const std::string& name, bool& target, const std::string& help);
 
     /// Adds a required positional argument that takes one or more files.
     Option addFiles(const std::string& name, std::vector<std::filesystem::path>& files,
                     const std::string& help);
 
-    /// Sets the text at the end of the help. Its line breaks are kept.
+    /// Sets the text at the end of the help. Keeps the text's line breaks.
     void footer(const std::string& text);
 
-    /// Returns the option with this name ("--output"), which must have been declared.
+    /// Returns the declared option with this name ("--output").
     Option option(const std::string& name) const;
     bool knows(const std::string& name) const;
     bool given(const std::string& name) const;
@@ -148,9 +144,9 @@ class VerbOptions {
     std::string value(const std::string& name) const;
     /// Returns the given options in declaration order.
     std::vector<Option> given() const;
-    /// Returns the given options with all of their texts, in declaration order.
+    /// Returns all occurrences of the given options, in the order in which the options were
+    /// declared.
     std::vector<GivenOption> givenTexts() const;
-    /// Returns the texts of the positional arguments.
     std::vector<std::string> positionals() const;
     std::string verb() const;
 
@@ -162,8 +158,8 @@ class VerbOptions {
     Descriptions* descriptions_;
 };
 
-/// Adds an option whose text is converted by `parse` and stored in `target`. Otherwise like
-/// addText().
+/// Adds an option. Converts the option's text by `parse` and stores the value in `target`.
+/// Otherwise like addText().
 template <class T, class Parse>
 Option addValue(VerbOptions& verb, const std::string& name, const std::string& value_name,
                 T& target, Parse parse, const std::string& help) {
@@ -182,7 +178,7 @@ Option addFile(VerbOptions& verb, const std::string& name, const std::string& va
         .files("");
 }
 
-/// Adds an option with a table of names; the help lists the names, the first as the default. `kind`
+/// Adds an option with a table of names. The help lists the names; the first is the default. `kind`
 /// is the noun for the names in error messages.
 template <class T>
 Option addChoice(VerbOptions& verb, const std::string& name, T& target,
@@ -205,14 +201,13 @@ struct VerbHelp {
     std::string_view common{};
 };
 
-/// The action that the arguments request.
 enum class Asked { kVerb, kHelp, kVersion, kNothing };
 
 /// A parser of the program's arguments: a verb and its options.
 class ArgumentParser {
   public:
-    /// Constructs a parser for a verb's arguments that do not come from the command line. It has no
-    /// --version. If an extra argument equals the verb's name, it is skipped instead of refused.
+    /// Constructs a parser for a verb's arguments from a source other than the command line. The
+    /// parser has no --version, and skips an extra argument that equals the verb's name.
     ArgumentParser();
     /// Constructs the parser of the command line. The program's help begins with `help` and ends
     /// with `footer`.
@@ -234,14 +229,13 @@ class ArgumentParser {
     /// Returns the help of the verb in the arguments or, without a verb, of the program. The help
     /// of a verb lists its common options, or all options if the arguments contain "--help all".
     std::string help() const;
-    /// Returns the description of the program and all its verbs.
     CommandDescription describe() const;
 
   private:
     CommandDescription describe(const CLI::App& app) const;
 
     std::unique_ptr<CLI::App> app_;
-    std::map<std::string, VerbHelp> helps_;  ///< help texts by verb name; "" = the program
+    std::map<std::string, VerbHelp> helps_;  ///< by verb name; "" = the program
     bool help_of_all_ = false;
     VerbOptions::Descriptions descriptions_;
 };

@@ -109,7 +109,7 @@ bool schedulerReads(const std::vector<std::string>& arguments) {
 
 CommandDescription describeCommandLine() {
     ArgumentParser parser(programHelp(), programFooter());
-    std::vector<VerbAction> actions;  // the actions own the options' storage
+    std::vector<VerbAction> actions;  // own the options' storage
     for (const Verb& verb : verbs()) {
         VerbOptions options = addTo(parser, verb);
         actions.push_back(verb.declare(options));

@@ -22,7 +22,7 @@ using VerbAction = std::function<int(Session&)>;
 struct Verb {
     std::string_view name;
     std::string_view purpose;  ///< heading above the verb in `peeler --help`
-    std::string_view summary;  ///< one-line summary for --help
+    std::string_view summary;
     /// Three example commands for --help, one per line.
     std::string_view examples;
     /// The options that the short help lists, separated by spaces: "output size"; empty = all.
@@ -34,7 +34,6 @@ struct Verb {
 /// Returns all verbs, in the order of --help. The table is in cmd/verbs.cpp.
 std::span<const Verb> verbs();
 
-/// Returns the description of the program and all its verbs, for the manual.
 CommandDescription describeCommandLine();
 
 /// Runs `peeler ARGUMENTS…`. Returns the exit code (cmd/README.md, "Exit codes"); does not throw.

@@ -80,7 +80,7 @@ void Console::message(Severity severity, const Text& said) {
     if (!shows(severity)) return;
     const std::string text = inOptions(said);
     clearBar();
-    // The last argument of line() is a colour as SGR parameters (ECMA-48, 8.3.117).
+    // The last arguments of line() are colours: SGR parameters (ECMA-48, 8.3.117).
     if (severity == Severity::kHint) return sayHint(text);
     if (severity == Severity::kError)
         say(line("error: ", text, "1;31"));
@@ -101,7 +101,7 @@ std::string Console::line(std::string_view word, std::string_view text,
 }
 
 void Console::say(const std::string& text) {
-    // The text is written in a single call, so that lines of several processes do not mix in a log.
+    // Writes the text in a single call, so that lines of several processes do not mix in a log.
     err_.clear();  // an earlier write error must not suppress later messages
     err_ << text << std::flush;
 }

@@ -24,7 +24,6 @@ class Console final : public Reporter {
 
     bool terminal() const { return terminal_; }
 
-    /// Prints an error and its hint on stderr.
     void failure(const Error& error) override;
     /// Writes the result to stdout immediately, formatted by jsonText(). Throws like text().
     void result(const Json& result) override;
@@ -41,8 +40,8 @@ class Console final : public Reporter {
     void setProgress(ProgressStyle style) override { progress_.setStyle(style); }
     ProgressLines& progressLines() { return progress_; }
 
-    /// Sets a prefix for a scheduler. Every error is also printed as a line that begins with the
-    /// prefix; "" = only the usual line.
+    /// Sets a prefix for a scheduler. Every error is then printed a second time, as a line that
+    /// begins with the prefix; "" = not printed again.
     void setFailurePrefix(std::string prefix) { failure_prefix_ = std::move(prefix); }
 
     /// Draws `text` as a progress bar over the previous bar. Does nothing unless `err` is a

@@ -15,7 +15,7 @@ namespace peeler::cmd {
 
 namespace {
 
-/// The hint for an error of this kind that has no hint.
+/// The hint for errors of a kind, if an error has no hint of its own.
 struct DefaultHint {
     ErrorKind kind;
     const char* hint;

@@ -12,7 +12,6 @@
 
 namespace peeler::cmd {
 
-/// A row of the exit-code table.
 struct ExitCode {
     std::string_view code;  ///< a number, or "128 + n"
     std::string_view meaning;
@@ -23,11 +22,10 @@ std::span<const ExitCode> exitCodes();
 /// "internal".
 std::string_view kindName(ErrorKind kind);
 
-/// Throws an Error (kUsage) with these texts.
 [[noreturn]] void refuse(const Text& what, const Text& where = {}, const Text& hint = {});
 
-/// Runs `work` and returns the exit code: the result of `work` or, if it throws, an Error's kind,
-/// 33 for std::bad_alloc, 141 for ReaderGone (as for SIGPIPE), and 1 for any other exception.
+/// Runs `work` and returns the exit code: the result of `work` or, if `work` throws, an Error's
+/// kind, 33 for std::bad_alloc, 141 for ReaderGone (as for SIGPIPE), and 1 for any other exception.
 /// Prints exceptions other than ReaderGone on stderr. Passes on Cancelled.
 int runReported(Reporter& reporter, const std::function<int()>& work);
 
@@ -35,8 +33,7 @@ int runReported(Reporter& reporter, const std::function<int()>& work);
 /// catch block. Rethrows ReaderGone and Cancelled.
 Error currentError();
 
-/// Reports an error on stderr, with a default hint if it has no hint. Returns the error's exit
-/// code.
+/// Reports an error on stderr; an error without a hint gets a default hint. Returns the exit code.
 int reportError(Reporter& reporter, const Error& error);
 
 }  // namespace peeler::cmd

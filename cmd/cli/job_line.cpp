@@ -34,8 +34,8 @@ nlohmann::json parseLine(const std::string& line) {
     try {
         return nlohmann::json::parse(line, check);
     } catch (const nlohmann::json::exception& error) {
-        // Drops the beginning of "[json.exception.parse_error.101] parse error at line 1, column 5:
-        // …".
+        // Keeps only "column 5: …" of "[json.exception.parse_error.101] parse error at line 1,
+        // column 5: …".
         const std::string text = error.what();
         const std::size_t column = text.find("column");
         refuseLine("this is not JSON",
@@ -45,7 +45,7 @@ nlohmann::json parseLine(const std::string& line) {
     }
 }
 
-/// Returns `text`. Throws Error (kUsage) if it cannot be a process argument.
+/// Returns `text`. Throws Error (kUsage) if `text` cannot be a process argument.
 std::string argumentText(const std::string& text, const std::string& key) {
     if (text.find('\0') != std::string::npos) refuseLine("a string contains a null character", key);
     return text;
@@ -56,7 +56,6 @@ std::string takeString(const nlohmann::json& value, const std::string& key) {
     return argumentText(value, key);
 }
 
-// Each function of this form reads the value of one key.
 void takeArguments(const nlohmann::json& value, JobLine& job) {
     if (!value.is_array()) refuseLine("expected an array of strings", "args");
     for (const nlohmann::json& argument : value)
@@ -76,7 +75,7 @@ void takeOption(const std::string& name, const nlohmann::json& value, JobLine& j
         if (value.get<bool>()) job.arguments.push_back(option);
     } else if (value.is_string() || value.is_number()) {
         const std::string text = value.is_string() ? value.get<std::string>() : dumpJson(value);
-        // Appends a single argument "--name=value", because a value may begin with a dash.
+        // A single argument "--name=value", because a value may begin with a dash.
         job.arguments.push_back(
             std::string(option).append("=").append(argumentText(text, "options/" + name)));
     } else {

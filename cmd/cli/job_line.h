@@ -21,11 +21,11 @@ namespace peeler::cmd {
 struct JobLine {
     /// Parses a line. The object may also have the keys in `more_keys`, which the caller reads.
     /// Throws Error (kUsage) if the text is not a JSON object or a key is unknown, missing,
-    /// duplicate or of the wrong type. Errors without a hint get `help` as their hint.
+    /// duplicate or of the wrong type. `help` becomes the hint of errors without a hint.
     JobLine(const std::string& line, std::span<const std::string_view> more_keys,
             const std::string& help);
 
-    nlohmann::json json;  ///< the parsed line
+    nlohmann::json json;
     std::string verb;
     std::vector<std::string> arguments;
 };

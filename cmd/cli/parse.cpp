@@ -18,7 +18,7 @@ namespace peeler::cmd {
 
 namespace {
 
-/// Parses all of `text` as a T; returns nothing if that fails.
+/// Parses the whole text as a T. Returns nothing if the text has another form.
 template <class T>
 std::optional<T> readAll(std::string_view text) {
     // Skips a plus sign, because from_chars accepts only a minus sign.
@@ -50,7 +50,7 @@ std::array<float, 4> parseHexColor(std::string_view text) {
     constexpr const char* kExpected =
         "expected #rgb, #rgba, #rrggbb or #rrggbbaa with hexadecimal digits";
     std::string digits(text);
-    if (digits.size() == 3 || digits.size() == 4) {  // each digit stands for two
+    if (digits.size() == 3 || digits.size() == 4) {  // each digit is doubled
         for (std::size_t i = text.size(); i-- > 0;)
             digits.insert(i, 1, text[i]);
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parsers of command-line values. The locale does not affect them, and none accepts NaN.
+// Parsers of command-line values. Results do not depend on the locale, and no parser accepts NaN.
 #pragma once
 
 #include <array>
@@ -15,8 +15,8 @@
 
 namespace peeler::cmd {
 
-/// If a text does not have the expected form, all parsers below throw Error (kUsage) with that
-/// form. The caller must add `where`; VerbOptions::addText() does so (cmd/cli/arguments.h).
+/// All parsers below throw Error (kUsage) if the text does not have the expected form. The error's
+/// message is this form; VerbOptions::addText() adds `where` (cmd/cli/arguments.h).
 
 /// Parses a finite decimal number.
 double parseNumber(std::string_view text);
@@ -55,20 +55,20 @@ Window parseCrop(std::string_view text);
 /// KB, MB, … are powers of 1000.
 std::uint64_t parseBytes(std::string_view text);
 
-/// Parses straight linear RGBA: "transparent", "r,g,b[,a]" (linear), or in sRGB with linear alpha
-/// "#rrggbb[aa]", "#rgb[a]" or a basic colour keyword of CSS ("white").
+/// Parses a colour to straight linear RGBA. Linear: "transparent", "r,g,b[,a]". In sRGB with linear
+/// alpha: "#rrggbb[aa]", "#rgb[a]", and the basic colour keywords of CSS, such as "white".
 std::array<float, 4> parseColor(std::string_view text);
 
 /// Parses the number of layers to keep. "all" and "0" give 0, which means no limit.
 std::uint32_t parseLayers(std::string_view text);
 
-/// One of `count` shares of a job that is divided among processes.
+/// A share of a job that is divided among `count` processes.
 struct Shard {
     int index = 1;  ///< from 1 to count
     int count = 1;
 
-    /// Returns this shard's half-open range of `items` items. The shards partition the items in
-    /// order; sizes differ by at most one.
+    /// Returns this shard's half-open range of the indices 0 to `items` − 1. The sizes of shards
+    /// differ by at most one.
     std::pair<std::size_t, std::size_t> of(std::size_t items) const;
     std::string text() const { return std::to_string(index) + '/' + std::to_string(count); }
 };
@@ -76,7 +76,7 @@ struct Shard {
 /// Parses "2/5". The index is from 1 to the count.
 Shard parseShard(std::string_view text);
 
-/// Returns a file name with {chunk} replaced by the shard's index, padded to the digits of the
+/// Returns a file name with {chunk} replaced by the shard's index, zero-padded to the digits of the
 /// count: "train-07.tar" for shard 7 of 25.
 std::string chunkName(std::string name, const Shard& part);
 

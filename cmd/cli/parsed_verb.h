@@ -10,7 +10,8 @@
 
 namespace peeler::cmd {
 
-/// Returns the verb with this name. Throws Error (kUsage), with the nearest name, if it is unknown.
+/// Returns the verb with this name. Throws Error (kUsage), with the nearest name, if the name is
+/// unknown.
 const Verb& verbNamed(const std::string& name);
 
 /// A verb whose arguments are parsed as on the command line.
@@ -28,7 +29,7 @@ class ParsedVerb {
     void parse(std::vector<std::string> arguments);
 
     const std::string& name() const { return name_; }
-    /// Returns the verb's options. After parse(), each option knows whether it was given.
+    /// Returns the verb's options. After parse(), VerbOptions::given() works.
     const VerbOptions& options() const { return options_; }
 
     /// Runs the verb. May be called only once. Returns the verb's exit code and passes on its

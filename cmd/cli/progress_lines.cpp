@@ -68,10 +68,11 @@ void ProgressLines::bar(const RunProgress& progress) {
     last_ = clock_();
 }
 
-/// Returns the estimated seconds to the end of the stage, by the slower of the stage's mean rate
-/// and its latest rate; 0 while unknown.
+/// Returns the estimated seconds to the end of the stage; 0 = unknown. The estimate uses the
+/// stage's mean rate or its latest rate, whichever is slower.
 double ProgressLines::secondsLeft(double share) {
-    constexpr double kLeastSeconds = 2, kLatest = 0.25;  // the latest quarter of the time
+    // The latest rate is measured over at least 2 s and at least a quarter of the time spent.
+    constexpr double kLeastSeconds = 2, kLatest = 0.25;
     const double spent = secondsSince(start_), since_mark = secondsSince(mark_);
     if (since_mark >= std::max(kLeastSeconds, kLatest * spent)) {
         mark_rate_ = (share - mark_share_) / since_mark;
@@ -84,7 +85,8 @@ double ProgressLines::secondsLeft(double share) {
 
 void ProgressLines::plain(const RunProgress& progress) {
     const double share = progress.of_stage;
-    // A stage without earlier lines needs no last one, because the next output shows its end.
+    // A stage prints a last line only if it has printed earlier lines. Otherwise, the next output
+    // shows that the stage has ended.
     const bool ends = share >= 1 && last_share_ > 0 && last_share_ < 1;
     if (!ends && (share >= 1 || secondsSince(last_) < kPlainSeconds ||
                   share - last_share_ < kPlainShare - 1e-9))

@@ -35,7 +35,7 @@ inline constexpr Choice<ProgressStyle> kProgressStyles[] = {
 /// - alf: "ALF_PROGRESS 42%", one line per percent (read by Pixar's Tractor and CGRU's Afanasy)
 /// - openjd: "openjd_progress: 42.0" and "openjd_status: …" (Open Job Description, "How Jobs Are
 ///   Run", Stdout/Stderr Messages), at most 10 a second
-/// The last two show the whole run and never decrease.
+/// alf and openjd show the progress of the whole run, which never decreases.
 class ProgressLines {
   public:
     using Clock = std::function<std::chrono::steady_clock::time_point()>;
@@ -63,11 +63,12 @@ class ProgressLines {
     ProgressStyle style_ = ProgressStyle::kAuto;
     Clock clock_ = std::chrono::steady_clock::now;
     std::chrono::steady_clock::time_point start_, last_;
-    std::chrono::steady_clock::time_point mark_;  ///< when the latest rate was measured
-    double mark_share_ = 0, mark_rate_ = 0;       ///< share at mark_; share per second until then
-    bool shown_ = false;                          ///< whether a line has been shown for this stage
-    double last_share_ = 0;                       ///< share of the stage that the last line showed
-    double shown_run_ = -1;  ///< share of the run shown to a scheduler; negative = none yet
+    std::chrono::steady_clock::time_point mark_;  ///< end of the measurement of mark_rate_
+    double mark_share_ = 0, mark_rate_ = 0;       ///< share at mark_; latest rate, share per second
+    bool shown_ = false;                          ///< whether this stage has printed a line
+    double last_share_ = 0;                       ///< share of the stage in the last line
+    /// Share of the run in the last line for a scheduler; negative = no line yet.
+    double shown_run_ = -1;
 };
 
 }  // namespace peeler::cmd

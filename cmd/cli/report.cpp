@@ -45,12 +45,11 @@ Json stagesJson(const StageTimes& times) {
     return json;
 }
 
-/// Returns stops as a number with at most six significant digits: −1.4, not −1.399999976.
+/// Returns stops with at most six significant digits: −1.4, not −1.399999976.
 double stopsJson(float stops) {
     return std::stod(stopsText(stops));
 }
 
-/// Returns the inputs, the written files and the forecasts as JSON.
 Json filesJson(const RunResult& run) {
     Json json;
     if (run.inputs.size() == 1) {
@@ -219,7 +218,6 @@ std::string summary(const PictureResult& result) {
     if (result.fragments_stored != result.fragments_counted) {
         text += " of " + groupedText(result.fragments_counted / samples);
     }
-    // Views have names of their own.
     if (!result.view && !result.camera.empty()) {
         text += ", camera " + printable(result.camera) +
                 (result.camera_cut ? " (cuts the scene off; --camera auto shows all of it)" : "");

@@ -34,7 +34,8 @@ PosedScene posed(const Shown& shown) {
     return {scene, index, poseAt(scene, shown.animations, shown.time)};
 }
 
-/// Returns settings with coloured opacity if the scene is to be shown with it.
+/// Returns the settings, with coloured opacity if the scene has coloured glass and `shown` requests
+/// it.
 CaptureSettings withTint(const Shown& shown, const PosedScene& scene, CaptureSettings settings) {
     settings.tinted = settings.tinted || (shown.colored_glass && scene.hasTintedGlass());
     return settings;
@@ -91,7 +92,7 @@ View viewOf(const Shown& shown, const CameraChoice& camera) {
     checkCamera(camera);
     const PosedScene scene = posed(shown);
     if (shown.animations.empty()) return makeView(scene, SceneExtent(scene), camera);
-    // An animated scene is framed once, for all times.
+    // All times of an animated scene have the same framing.
     return makeView(scene, SceneExtent(*shown.scene, indexOf(shown), shown.animations), camera);
 }
 
@@ -104,7 +105,6 @@ CaptureSettings raySettings() {
     return settings;
 }
 
-/// The state of a Renderer, owned by its worker thread.
 struct Renderer::State {
     explicit State(const RendererOptions& wanted)
         : options(wanted), gl(std::in_place, wanted.adopt), worker(!wanted.adopt) {}
@@ -112,7 +112,7 @@ struct Renderer::State {
         worker.run([this](const Progress&) { gl.reset(); }, {});
     }
 
-    /// The bands of glLayers() that are still to be captured.
+    /// The bands of glLayers(), and the next one to capture.
     struct GlBands {
         GlRenderer* renderer = nullptr;
         CapturePlan plan;
@@ -120,15 +120,13 @@ struct Renderer::State {
         std::size_t next = 0;
     };
 
-    /// Returns the options as a context request. Throws Error (kUsage) if the device name has an
-    /// unknown form.
+    /// Throws Error (kUsage) if the device name has an unknown form.
     gl::ContextRequest request() const;
     GlRenderer& openRenderer(const Shown& shown, const PosedScene& posed);
     HitSource& openHits(const Shown& shown, const PosedScene& posed, RayEngine engine);
-    /// Runs the work. If it throws, discards the scene's GL objects, because their state is
+    /// Runs the work. If the work throws, discards the scene's GL objects, because their state is
     /// unknown.
     void run(const Worker::Work& work, const Progress& progress);
-    /// Returns the plan of a capture within the memory limit.
     CapturePlan plan(HitSource& source, const View& view, CaptureSettings settings,
                      const Progress& progress) const;
     void capture(HitSource& source, const View& view, const CaptureSettings& settings, Sink& sink,

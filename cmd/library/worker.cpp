@@ -13,8 +13,8 @@ namespace {
 /// The interval between calls of a progress function.
 constexpr std::chrono::milliseconds kBetween{30};
 
-/// Thrown inside a cancelled job. The caller gets the exception from the caller's progress function
-/// instead.
+/// Thrown inside a cancelled job, to end the job. run() rethrows the exception of the progress
+/// function instead.
 struct GivenUp {};
 
 }  // namespace

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The Renderer's worker thread. The Renderer's GL context is current on it, so the context of the
-// caller's thread is never touched.
+// The Renderer's worker thread, on which the Renderer's own GL context is current. The context of
+// the caller's thread is never touched.
 #pragma once
 
 #include <condition_variable>
@@ -18,12 +18,11 @@ namespace peeler {
 /// job is done.
 class Worker {
   public:
-    /// A job. It reports progress by calling its argument, which throws if the job has been
-    /// cancelled.
+    /// A job. Reports progress by calling its argument, which throws if the job has been cancelled.
     using Work = std::function<void(const Progress&)>;
 
-    /// `own_thread`: whether jobs run on a thread of the worker; else they run on the calling
-    /// thread.
+    /// If `own_thread`, jobs run on the worker's own thread. Otherwise, jobs run on the calling
+    /// thread, as a borrowed GL context requires.
     explicit Worker(bool own_thread);
     ~Worker();
     Worker(const Worker&) = delete;

@@ -10,7 +10,6 @@ class VerbOptions;
 
 /// Declares --animation and --time. `options` must outlive the parse.
 void addTimeOptions(VerbOptions& verb, AnimationOptions& options);
-/// Declares --frames and --fps.
 void addFrameOptions(VerbOptions& verb, AnimationOptions& options);
 
 }  // namespace peeler::cmd

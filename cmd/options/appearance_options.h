@@ -8,7 +8,6 @@ namespace peeler::cmd {
 
 class VerbOptions;
 
-/// Declares only --variant.
 void addVariantOption(VerbOptions& verb, AppearanceOptions& appearance);
 /// Declares --environment and --environment-rotation, for pictures.
 void addEnvironmentOptions(VerbOptions& verb, AppearanceOptions& appearance);

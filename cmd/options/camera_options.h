@@ -19,8 +19,8 @@ namespace peeler::cmd {
 class VerbOptions;
 
 struct CameraOptions : CameraChoice {
-    bool size_given = false;  ///< whether --size is given
-    /// A strip of rows of the crop or, without a crop, of the picture.
+    bool size_given = false;
+    /// --tile: a strip of rows of the crop or, without a crop, of the picture.
     std::optional<Shard> tile{};
 };
 
@@ -29,7 +29,7 @@ struct CameraOptions : CameraChoice {
 void addCameraOptions(VerbOptions& verb, CameraOptions& options,
                       SceneReadOptions* reading = nullptr);
 
-/// Returns the same view as the overload for CameraChoice, cropped to the tile.
+/// Returns the view of the overload for CameraChoice, cropped to the tile.
 View makeView(const PosedScene& posed, const SceneExtent& extent, const CameraOptions& options);
 
 }  // namespace peeler::cmd

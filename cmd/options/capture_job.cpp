@@ -162,7 +162,7 @@ GlRenderer& CaptureJob::openRenderer(const PosedScene& posed) {
         const StageTimer timer(times_, "context");
         session_.context(options_.device);
     }
-    // The session must not keep a scene that belongs to this run only, such as the scene that
+    // The session must not keep a scene that belongs only to this run, such as the scene that
     // peeler check makes of faulty places.
     const bool is_opened = scene_ && &posed.scene() == &scene_->scene();
     renderer_ = &session_.renderer(options_.device, is_opened ? scene_ : nullptr, posed);

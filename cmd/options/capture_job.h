@@ -24,7 +24,6 @@
 
 namespace peeler::cmd {
 
-/// The options of all verbs that capture a scene.
 struct CaptureJobOptions {
     SceneOptions scene;
     AnimationOptions animation;
@@ -36,15 +35,14 @@ struct CaptureJobOptions {
     ReportOptions report;
 };
 
-/// Chooses the studio for display pictures of scenes without lights, unless shadows, unlit shading
-/// or a camera at a light is requested.
+/// Chooses the studio for display pictures of scenes without lights. Does nothing if shadows, unlit
+/// shading or a camera at a light is requested.
 void chooseStudio(const CameraOptions& camera, CaptureJobOptions& options);
-/// Sets defaults for display pictures: chooseStudio(), and larger points unless --point-size is
-/// given.
+/// Sets defaults for display pictures: calls chooseStudio(), and makes points larger unless
+/// --point-size is given.
 void chooseForEyes(const VerbOptions& verb, const CameraOptions& camera,
                    CaptureJobOptions& options);
 
-/// Declares the positional argument SCENE.
 void addSceneArgument(VerbOptions& verb, CaptureJobOptions& options);
 /// Declares the options of addSceneOptions() and addTimeOptions().
 void addShownOptions(VerbOptions& verb, CaptureJobOptions& options);
@@ -72,12 +70,12 @@ class CaptureJob {
 
     /// Reads the scene. Throws like OpenedScene(). The returned scene lives as long as the job.
     const OpenedScene& openScene();
-    /// Notes the unit that is assumed for a file without one, for verbs that report lengths.
+    /// Prints a note with the assumed unit if the scene file has no unit. For verbs that report
+    /// lengths.
     void noteUnit() const;
     /// Throws like checkSceneFiles() if one of `outputs`, or the report, would replace a file of
     /// the scene.
     void checkOutputs(std::vector<std::filesystem::path> outputs) const;
-    /// Returns the scene at the requested time.
     PosedScene pose();
 
     /// Opens a context and uploads the scene, unless the session already has them. Throws like
@@ -88,45 +86,42 @@ class CaptureJob {
     void releaseRenderer();
     /// Closes the context and everything in it. May be called when the context is lost.
     void closeContext();
-    /// Returns the open GlRenderer, or null. A context may exist without a renderer, if the scene
-    /// did not fit.
+    /// Returns the open GlRenderer, or null. If the scene did not fit, there is a context, but no
+    /// renderer.
     GlRenderer* renderer() { return renderer_; }
     bool hasContext() const { return session_.hasContext(); }
-    /// Returns the device of the GlRenderer opened last.
+    /// Returns the device of the last opened GlRenderer.
     const gl::Device& device() const { return *device_; }
 
-    /// Returns the ray engine of this run, kCpu or kGl. If the user did not choose one, the first
-    /// call chooses it and reports the choice as a detail.
+    /// Returns the ray engine of this run, kCpu or kGl. If the user did not choose an engine, the
+    /// first call chooses it and reports the choice as a detail.
     RayEngine chooseEngine();
-    /// Opens the hit source of the engine from chooseEngine(): the CPU rasteriser, without any GL,
-    /// or the GlRenderer. An open GlRenderer is used again. Throws like openRenderer().
+    /// Opens the hit source of chooseEngine(): the CPU rasteriser, which needs no GL, or the
+    /// GlRenderer. Reuses an open GlRenderer. Throws like openRenderer().
     HitSource& openHits(const PosedScene& posed);
-    /// Releases the hit source of either engine.
     void releaseHits();
     /// Discards state that a failure may have corrupted, and the times of the failed work.
     void discard();
 
-    /// Meters the exposure in stops (ExposureMeter) with the open GlRenderer. Tiles, crops and
-    /// frames of a picture must get the same exposure. So this uses a small picture of the whole
-    /// view and, for a sequence, the beginning, middle and end of the animations. It uses the
+    /// Meters the exposure in stops (ExposureMeter) with the open GlRenderer. All tiles, crops and
+    /// frames of a picture must get the same exposure. Therefore, meters a small picture of the
+    /// whole view and, for a sequence, the beginning, middle and end of the animations. Uses the
     /// first, middle and last of several cameras, the first method, and one sample per pixel.
     /// Leaves the GlRenderer in a different pose. Throws like GlRenderer::capture().
     float meterExposure(const CaptureSettings& capture, std::span<const CameraOptions> cameras);
 
     Clock::time_point start() const { return start_; }
-    /// Restarts the clock that measures the total time.
     void restartClock() { start_ = Clock::now(); }
-    /// Returns the stage times in milliseconds. A verb adds the times of its own stages to them.
+    /// Returns the stage times in milliseconds. A verb adds the times of its own stages.
     StageTimes& times() { return times_; }
-    /// Returns, and then resets, times() and the times of the open sources.
+    /// Returns the sum of times() and the times of the open sources, and resets all of these times.
     StageTimes takeTimes();
 
-    /// Returns wantsTint() for the job's appearance options.
     bool wantsTint(const PosedScene& posed) const;
 
     /// Returns settingsText() for the opened scene and its appearance. Includes the ray engine if
-    /// it is the CPU, because the hits of the engines differ at edges. `crop` and
-    /// `frames_per_second` are as in ShownScene.
+    /// it is the CPU, because the engines' hits differ at edges. `crop` and `frames_per_second` are
+    /// as in ShownScene.
     std::string settingsText(const CaptureSettings& capture, nlohmann::json more,
                              const Window& crop = {}, double frames_per_second = 0) const;
     /// Returns settingsHash() for the settings of settingsText().

@@ -45,7 +45,6 @@ void addMemoryOption(VerbOptions& verb, MemoryBudget& budget, const std::string&
 void addMachineOptions(VerbOptions& verb, gl::ContextRequest& device, int& threads,
                        CaptureSettings& capture, const std::string& memory);
 
-/// Declares --engine.
 void addEngineOption(VerbOptions& verb, RayEngine& engine);
 
 }  // namespace peeler::cmd

@@ -14,9 +14,9 @@ class VerbOptions;
 
 /// The values of --clip-box, --clip-plane, --clip-mesh and --clip.
 struct ClipOptions {
-    ClipVolume volume;                ///< clip volume without its `nodes`
+    ClipVolume volume;                ///< without its `nodes`
     std::vector<std::string> meshes;  ///< names or indices of nodes
-    bool side_given = false;          ///< whether --clip is given
+    bool side_given = false;
 };
 
 /// Declares the options; `options` must outlive the parse.

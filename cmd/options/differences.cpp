@@ -42,14 +42,14 @@ std::string firstText(const Value& value) {
     return value.is_array() && !value.empty() ? plainText(value.front()) : plainText(value);
 }
 
-/// A setting whose key differs from its option's name, or whose value needs an explanation.
+/// A setting whose key differs from its option's name, or whose values need their own format.
 struct Setting {
     std::string_view key;
     std::string_view option;
-    std::string_view absent = "none";  ///< text if the key is absent
-    /// Formats a value; null = the setting is not shown to users.
+    std::string_view absent = "none";  ///< shown if the key is absent
+    /// Formats a value; null = values are not shown.
     std::string (*text)(const Value&) = listText;
-    std::string_view other = "another value";  ///< text for values that differ but look the same
+    std::string_view other = "another value";  ///< shown if the formatted values are the same
 };
 
 constexpr Setting kSettings[] = {

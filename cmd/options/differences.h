@@ -11,16 +11,15 @@
 
 namespace peeler::cmd {
 
-/// A difference between the headers of two pictures.
 struct Difference {
-    std::string what;         ///< an option ("--channels") or a phrase ("the camera")
-    std::string here, there;  ///< this picture's value and the other picture's; "" = see `what`
+    std::string what;  ///< an option ("--channels") or a phrase ("the camera")
+    /// The value in this picture, and in the other picture. "" = only `what` is shown.
+    std::string here, there;
 
     /// Returns the difference as text: "--channels: normal, not none".
     std::string text() const;
 };
 
-/// Returns the texts of all differences, joined by semicolons.
 std::string differencesText(const std::vector<Difference>& differences);
 
 /// Returns the difference between the scene files, in name or in content; at most one entry.

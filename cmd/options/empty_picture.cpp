@@ -12,7 +12,8 @@ namespace peeler::cmd {
 
 namespace {
 
-/// Whether the alpha test or blending removes all shown surfaces, whatever their textures.
+/// Whether the alpha test or blending removes all shown surfaces, even if textures are opaque
+/// white.
 bool isAllTransparent(const PosedScene& posed) {
     return std::ranges::all_of(posed.meshes(), [&](const MeshInstance& instance) {
         return std::ranges::all_of(posed.primitives(instance), [&](const Primitive& primitive) {

@@ -13,7 +13,6 @@
 
 namespace peeler::cmd {
 
-/// Returns the reason why a view of a scene has no fragments.
 std::string emptyReason(const PosedScene& posed, const View& view, const CaptureSettings& capture,
                         const SceneOptions& options);
 

@@ -31,12 +31,11 @@ namespace fs = std::filesystem;
 
 constexpr const char* kFramesOption = "--frames";
 
-/// An option of sequences.
 struct SequenceOption {
     const char* name;
     const char* value_name;                  ///< nullptr for a flag
     void (*check)(const std::string& text);  ///< throws Error (kUsage) if the text is invalid
-    bool together;                           ///< whether it applies to a single run for all files
+    bool together;                           ///< whether SequenceUse::kTogether has the option
     const char* help;
 };
 constexpr SequenceOption kSequenceOptions[] = {
@@ -52,23 +51,23 @@ constexpr SequenceOption kSequenceOptions[] = {
      "continue after a picture fails; the exit code is the highest of all"},
 };
 
-/// Whether an option is for the sequence as a whole, so that the run of one picture does not get
-/// it.
+/// Whether an option is for the whole sequence, not for the runs of single pictures.
 bool isOfSequence(const std::string& name) {
     return name == "--json" || name == "--report" ||
            std::ranges::any_of(kSequenceOptions,
                                [&](const SequenceOption& row) { return name == row.name; });
 }
 
-/// Whether a name stands for several files. A file that has this very name stands for itself.
+/// Whether a name with placeholders stands for several files. False if a file has exactly this
+/// name.
 bool isSequenceName(const std::string& name) {
     return (hasFrameToken(name) || hasViewToken(name)) && !isSeen(name);
 }
 
-/// A reporter for the run of one picture: keeps the result, and passes everything else on.
+/// A reporter for the run of one picture. Keeps the result, and passes everything else on.
 class PictureReporter final : public Reporter {
   public:
-    /// `progress` gets the share done of all pictures; this one is number `index` of `count`.
+    /// Scales the progress of picture `index` to the progress of all `count` pictures.
     PictureReporter(Reporter& reporter, ProgressReport& progress, std::size_t index,
                     std::size_t count)
         : reporter_(reporter), progress_(progress), index_(index), count_(count) {}
@@ -106,7 +105,6 @@ class PictureReporter final : public Reporter {
     std::size_t index_, count_;
 };
 
-/// A run of a verb over the files of a sequence.
 class FileSequence {
   public:
     FileSequence(const VerbOptions& verb, VerbAction (*declare)(VerbOptions&), SequenceUse use,
@@ -116,7 +114,7 @@ class FileSequence {
 
   private:
     struct Input {
-        std::string name;  ///< as given
+        std::string name;
         bool is_sequence;
         std::string of(const PictureNumber& number) const;
     };
@@ -142,10 +140,10 @@ class FileSequence {
     ReportOptions report_;
     SequenceOptions options_;
     std::vector<Input> inputs_;
-    std::vector<GivenOption> outputs_;  ///< the output options as given
+    std::vector<GivenOption> outputs_;
     std::vector<PictureNumber> pictures_;
     std::optional<SequenceResults> results_;
-    int worst_ = 0;  ///< greatest exit code of a run that ended without an exception
+    int worst_ = 0;  ///< greatest exit code that a run returned
 };
 
 FileSequence::FileSequence(const VerbOptions& verb, VerbAction (*declare)(VerbOptions&),
@@ -166,7 +164,8 @@ FileSequence::FileSequence(const VerbOptions& verb, VerbAction (*declare)(VerbOp
         if (option.is_file && option.group == "Output") outputs_.push_back(option);
 }
 
-/// Finds the files that exist for the first pattern; --frames chooses among all frames.
+/// Chooses the pictures: the frames in --frames or, without --frames, the existing files of the
+/// first pattern.
 void FileSequence::choosePictures() {
     const std::string& pattern = std::ranges::find_if(inputs_, &Input::is_sequence)->name;
     std::vector<FileNumbers> found = numbersThere(pattern);
@@ -197,7 +196,7 @@ void FileSequence::choosePictures() {
     results_.emplace(hasFrameToken(pattern) ? "frame" : "view", reporter_);
 }
 
-/// Throws Error (kUsage) unless each picture has output files of its own.
+/// Throws Error (kUsage) if two pictures would have an output file in common.
 void FileSequence::checkOutputs() const {
     if (options_.skip_existing && outputs_.empty())
         throw Error(ErrorKind::kUsage, "this run writes no files to skip", "--skip-existing",
@@ -264,7 +263,7 @@ std::vector<std::string> FileSequence::argumentsOf(const PictureNumber& number) 
     return arguments;
 }
 
-/// Returns the arguments of one run with the files of all pictures.
+/// Returns the arguments of a single run with the files of all pictures.
 std::vector<std::string> FileSequence::argumentsOfAll() const {
     std::vector<std::string> arguments = argumentsOf(pictures_.front());
     for (std::size_t i = 1; i < pictures_.size(); ++i)
@@ -273,7 +272,6 @@ std::vector<std::string> FileSequence::argumentsOfAll() const {
     return arguments;
 }
 
-/// Whether all output files are newer than all inputs.
 bool FileSequence::isUpToDate(const PictureNumber& number) const {
     std::error_code missing;
     std::optional<fs::file_time_type> newest;
@@ -322,7 +320,7 @@ void FileSequence::make(std::size_t index, ProgressReport& progress) {
     results_->add(numbered(number, reporter.found), "");
 }
 
-/// Returns a result that begins with the picture's number.
+/// Returns the result with the picture's number in front.
 Json FileSequence::numbered(const PictureNumber& number, const Json& result) const {
     Json json;
     if (number.frame) json["frame"] = *number.frame;
@@ -372,7 +370,7 @@ int FileSequence::run() {
     return report();
 }
 
-/// Declares the options of sequences that the verb does not have, and returns their names.
+/// Declares the sequence options that the verb lacks, and returns their names.
 std::vector<std::string> addSequenceFileOptions(VerbOptions& verb, SequenceUse use,
                                                 const std::shared_ptr<bool>& flag) {
     std::vector<std::string> added;
@@ -391,7 +389,7 @@ std::vector<std::string> addSequenceFileOptions(VerbOptions& verb, SequenceUse u
 VerbAction declareWithSequences(VerbOptions& verb, VerbAction (*declare)(VerbOptions&),
                                 SequenceUse use) {
     const VerbAction action = declare(verb);
-    const auto flag = std::make_shared<bool>();  // FileSequence asks the verb for the flags
+    const auto flag = std::make_shared<bool>();  // unused: FileSequence calls VerbOptions::given()
     const std::vector<std::string> added = addSequenceFileOptions(verb, use, flag);
     return [action, flag, added, verb, declare, use](Session& session) {
         if (std::ranges::any_of(verb.positionals(), isSequenceName))

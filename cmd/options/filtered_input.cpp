@@ -26,7 +26,7 @@ FilteredInput::FilteredInput(std::unique_ptr<LayeredInput> input, Filter filter)
     plan.fragments_counted = plan.fragments_stored + lacking;
     info_.composite = -1;
     info_.has_cryptomatte = false;
-    // The hash is for a single render.
+    // peeler:outputHash describes an unfiltered picture.
     info_.parts.front().attributes.erase("peeler:outputHash");
 }
 

@@ -15,7 +15,7 @@ class FilteredInput final : public LayeredInput {
     /// Called with each band that was read; may remove fragments or change colours.
     using Filter = std::function<void(LayeredImage&)>;
 
-    /// Reads the file once to count the layers again. Throws like LayeredInput::read().
+    /// Reads the whole file, to count the layers after filtering. Throws like LayeredInput::read().
     FilteredInput(std::unique_ptr<LayeredInput> input, Filter filter);
 
     const ExrInfo& info() const override { return info_; }

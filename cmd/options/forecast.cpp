@@ -29,14 +29,14 @@ std::string sizeText(const SizeForecast& size) {
 struct DiskShare {
     DiskSpace disk;
     SizeForecast size{};
-    std::uint64_t certain = 0;  ///< bytes of the files with exact sizes
-    std::string names{};        ///< names for messages: "out.ply", "out.ply and 2 more files"
-    std::string contents{};     ///< ForecastFile::contents, if there is only one file
+    std::uint64_t certain = 0;  ///< bytes of the files whose size is exact
+    std::string names{};        ///< for messages: "out.ply", "out.ply and 2 more files"
+    std::string contents{};     ///< ForecastFile::contents if there is only one file
 };
 
 std::vector<DiskShare> sharesOf(const Forecast& forecast, const DiskSpaceOf& disk_of) {
     std::vector<DiskShare> shares;
-    std::vector<std::uint64_t> files;  // number of files of each share
+    std::vector<std::uint64_t> files;  // number of files per share
     for (const ForecastFile& file : forecast.files) {
         const std::optional<DiskSpace> disk = disk_of(file.path);
         if (!disk) continue;
@@ -82,7 +82,7 @@ void reportShare(const DiskShare& share, std::uint64_t times, Reporter& reporter
                     share.names, "free some space, write elsewhere, or reduce the output");
     }
     SizeForecast all = share.size;
-    // A product that overflows 64 bits is larger than any disk.
+    // Saturates, because no disk has 2^64 bytes.
     all.bytes = all.bytes > UINT64_MAX / times ? UINT64_MAX : all.bytes * times;
     if (times > 1 && all.certainty == Certainty::kExact) all.certainty = Certainty::kAbout;
     const std::string who =

@@ -15,20 +15,19 @@
 
 namespace peeler::cmd {
 
-/// A file to be written, or all files that share a name with a number pattern.
+/// A file that will be written, or all files that share a name with a number pattern.
 struct ForecastFile {
     std::filesystem::path path;
     SizeForecast size{};
-    /// The explanation of the size, if known: "1,234 hits of 64 bytes".
+    /// The explanation of the size: "1,234 hits of 64 bytes"; "" = unknown.
     std::string contents{};
-    std::string kind{};  ///< as in WrittenFile, for verbs that write several kinds of files
+    std::string kind{};  ///< as in WrittenFile
 };
 
 /// The files that a run, or its next picture, will write.
 struct Forecast {
     std::vector<ForecastFile> files;
-    /// The number of times that such files will be written, for the remaining pictures of a
-    /// sequence.
+    /// The number of pictures left in a sequence, each with files of about the same size.
     std::uint64_t times = 1;
 
     /// Returns the total size of the files, not multiplied by `times`.
@@ -51,14 +50,12 @@ std::uint64_t repeatedPeak(std::uint64_t peak);
 /// Reports the forecast of a run's maximum resident bytes.
 void reportMemory(std::uint64_t bytes, Reporter& reporter);
 
-/// Whether the files may need more than the free space of some disk.
 bool mayExceedDisk(const Forecast& forecast, const DiskSpaceOf& disk = diskSpaceOf);
 
 /// Returns the files as --dry-run lists them (cmd/README.md, "JSON"): `output` (and `kind`),
 /// `forecastBytes`, `forecast` (exact, at most or about), `freeBytes` and `exists`.
 Json forecastJson(const Forecast& forecast, const DiskSpaceOf& disk = diskSpaceOf);
 
-/// Declares --dry-run.
 void addDryRunOption(VerbOptions& verb, bool& dry_run);
 
 }  // namespace peeler::cmd

@@ -24,7 +24,7 @@ struct FrameRange {
                 "e.g. 1-100, 1-100x2, 150,200-180 or -5-5");
 }
 
-/// Parses an integer at the beginning of `text`. Removes the integer from `text` and returns it.
+/// Parses the integer at the beginning of `text`, and removes it from `text`.
 std::int64_t takeNumber(std::string_view& text, std::string_view all) {
     std::size_t end = !text.empty() && text[0] == '-' ? 1 : 0;
     while (end < text.size() && text[end] >= '0' && text[end] <= '9')

@@ -12,12 +12,12 @@
 
 namespace peeler::cmd {
 
-/// The maximum size of a band, in bytes. Such a band has room for wide chunks with many layers, but
-/// is small compared to a render's memory.
+/// The maximum size of a band, in bytes: room for wide chunks with many layers, but little compared
+/// to a render's memory.
 inline constexpr std::uint64_t kBandBytes = std::uint64_t{256} << 20;
 
-/// Reads the picture from top to bottom in bands of about `band_bytes` and passes each to `take`,
-/// which may move from it. Throws like LayeredInput::read().
+/// Reads the picture from top to bottom in bands of about `band_bytes`. Passes each band to `take`,
+/// which may move from the band. Throws like LayeredInput::read().
 template <class Take>
 void forEachBand(LayeredInput& reader, std::uint64_t band_bytes, Take&& take) {
     const Window& crop = reader.info().plan.view.crop;
@@ -30,7 +30,7 @@ void forEachBand(LayeredInput& reader, std::uint64_t band_bytes, Take&& take) {
 }
 
 /// Iterates over the bands of a picture from top to bottom and reports progress. `read(window,
-/// band)` fills each band and is timed as "load" in `times`; `take(band)` may move from it.
+/// band)` fills each band and is timed as "load" in `times`; `take(band)` may move from the band.
 template <class Read, class Take>
 void forEachBand(const Window& crop, int rows, StageTimes& times, ProgressReport& progress,
                  Read&& read, Take&& take) {

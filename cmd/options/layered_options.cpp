@@ -14,7 +14,7 @@ namespace peeler::cmd {
 
 namespace {
 
-/// A layered file whose warnings are reported.
+/// A layered file that reports its warnings.
 class WarningInput final : public LayeredInput {
   public:
     WarningInput(std::unique_ptr<LayeredInput> input, Reporter& reporter)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Options for reading OpenEXR files, and their warnings.
+// Options for reading OpenEXR files, and the warnings of the readers.
 #pragma once
 
 #include <filesystem>
@@ -14,8 +14,8 @@ namespace peeler::cmd {
 
 class VerbOptions;
 
-/// Declares --part and --view, and --strict unless the verb already has it. `options` must outlive
-/// the parse.
+/// Declares --part, --view and, unless the verb already has an option of this name, --strict.
+/// `options` must outlive the parse.
 void addLayeredOptions(VerbOptions& verb, LayeredReadOptions& options);
 
 /// Throws Error (kUsage) if a part or view is chosen although the input is a scene.

@@ -18,7 +18,7 @@
 
 namespace peeler::cmd {
 
-/// The options shared by these verbs. Each verb adds its inputs.
+/// The options common to verbs that make one picture from layered files. Each verb adds its inputs.
 struct LayeredRunOptions {
     LayeredReadOptions reading{};
     int threads = 0;
@@ -26,8 +26,8 @@ struct LayeredRunOptions {
     ReportOptions report{};
 };
 
-/// The state of a run, and the common parts of its stages. A verb calls these in order:
-/// checkFiles(), open() or openInput(), forEachBand(), write(), report().
+/// The state of a run, and steps common to these verbs. A verb calls, in this order: checkFiles(),
+/// open() or openInput(), forEachBand(), write(), report().
 class LayeredRun {
   public:
     /// Applies the report options and starts measuring the total time. `options` must outlive the
@@ -39,8 +39,8 @@ class LayeredRun {
     /// like checkOutput() and checkReport().
     void checkFiles() const;
 
-    /// Calls `open_input(LayeredReadOptions)` with reading options for this output. Returns its
-    /// result.
+    /// Calls `open_input(LayeredReadOptions)` with the reading options for this output, and returns
+    /// the result.
     template <class OpenInput>
     auto open(OpenInput&& open_input) {
         return timed(result.milliseconds, "load",
@@ -63,10 +63,9 @@ class LayeredRun {
         cmd::forEachBand(input, max_layers, result.milliseconds, progress, take);
     }
 
-    /// Returns the options of an output made from an input with this provenance. Records the
-    /// version of this peeler.
+    /// Returns the output options, with the input's provenance and this version of peeler.
     OutputOptions outputOptions(Provenance provenance) const;
-    /// Writes a picture with the plan `plan` to a sink; `fill()` writes the bands.
+    /// Writes a picture with `plan` to a sink. `fill()` writes the bands.
     template <class Fill>
     void write(Sink& sink, Fill&& fill) {
         sink.begin(plan);
@@ -80,7 +79,7 @@ class LayeredRun {
     void report(const OutputOptions& written, const Provenance& provenance);
 
     OutputRequest output;  ///< the request, adjusted by the verb
-    Plan plan;             ///< plan of the output
+    Plan plan;             ///< of the output
     PictureResult result;
 
   private:

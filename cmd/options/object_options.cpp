@@ -20,7 +20,8 @@ namespace peeler::cmd {
 
 namespace {
 
-/// A kind of id: its channel, the names of the ids, and nouns for messages.
+/// The ids of objects or of materials: the channel, the names (index = id − 1), and nouns for
+/// messages.
 struct IdKind {
     const char* channel;
     const std::vector<std::string>& names;
@@ -69,7 +70,7 @@ std::vector<std::uint32_t> idsLike(const std::vector<std::string>& globs, const 
     return ids;
 }
 
-/// Adds the ids of all descendants, if the file has the parents of ids.
+/// Adds the ids of all descendants. `parents` is empty if the file lacks the parents.
 void addBelow(const std::vector<std::uint32_t>& parents, std::vector<std::uint32_t>& ids) {
     std::vector<char> known(parents.size() + 1, 0), inside(parents.size() + 1, 0);
     known[0] = 1;
@@ -77,8 +78,8 @@ void addBelow(const std::vector<std::uint32_t>& parents, std::vector<std::uint32
         if (id < inside.size()) known[id] = inside[id] = 1;
     std::vector<std::uint32_t> way;
     for (std::uint32_t id = 1; id < known.size(); ++id) {
-        // Walks up to an ancestor that is known to be inside or outside. In a cycle, which only a
-        // damaged file has, ids are outside.
+        // Walks up to the first ancestor that is known to be inside or outside. In damaged files,
+        // the walk may end in a cycle; then the ids on the way are outside.
         for (std::uint32_t at = id; at < known.size() && !known[at]; at = parents[at - 1]) {
             known[at] = 1;
             way.push_back(at);
@@ -159,7 +160,7 @@ void recordSetting(const std::string& key, const nlohmann::json& value, Provenan
         return;
     }
     nlohmann::json& all = settings[key];
-    if (!all.is_array()) all = nlohmann::json::array();  // damaged files may have any type here
+    if (!all.is_array()) all = nlohmann::json::array();  // in damaged files
     all.push_back(value);
     provenance.settings = dumpJson(settings);
     provenance.settings_hash = hashText(provenance.settings);

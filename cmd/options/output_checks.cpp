@@ -22,8 +22,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Whether both paths refer to the same file. If a file does not exist yet, compares the paths with
-/// links resolved.
+/// Whether both paths refer to the same file. If a file does not exist yet, resolves the links in
+/// both paths and compares the results.
 bool sameFile(const fs::path& a, const fs::path& b) {
     std::error_code failure;
     if (fs::equivalent(a, b, failure)) return true;

@@ -28,18 +28,18 @@ void checkNotThere(const std::filesystem::path& file);
 /// Implements --no-mkdir: throws Error (kOutput) if the file's folder does not exist.
 void checkFolderIsThere(const std::filesystem::path& folder, const std::filesystem::path& file);
 
-/// The part of checkOutput() about the folder: throws unless the folder accepts a new file or can
-/// be created. Leaves no files or folders behind.
+/// The part of checkOutput() about the folder: throws if the folder neither accepts a new file nor
+/// can be created. Leaves no files or folders behind.
 void checkFolder(const std::filesystem::path& file);
 
-/// Calls checkTarget() with `output` for every file of a run, and checkFolder() for the first file
-/// unless the run continues after failures. With --skip-existing, --keep-going or --dry-run, an
-/// existing file is not an error here, even under --no-clobber.
+/// Calls checkTarget() with `output` for every file of a run. Calls checkFolder() for the first
+/// file unless the run continues after failures. With --skip-existing, --keep-going or --dry-run,
+/// an existing file is not an error here, even under --no-clobber.
 void checkTargets(OutputRequest output, std::span<const std::filesystem::path> files,
                   const SequenceOptions& options, const std::vector<std::filesystem::path>& inputs);
 
-/// Calls checkTarget() for every file of a series and returns their names: framePath() of
-/// `output.path` for each number, or only the path if it has no number pattern.
+/// Calls checkTarget() for every file of a series. Returns the files' names: framePath() of
+/// `output.path` for each number, or only `output.path` if it has no number pattern.
 std::vector<std::filesystem::path> checkSeries(const OutputRequest& output,
                                                std::span<const int> numbers,
                                                const std::vector<std::filesystem::path>& inputs);

@@ -46,8 +46,8 @@ constexpr Choice<DeepMerge> kDeepMerges[] = {
     {"by-z", DeepMerge::kByZ, "merge samples within --deep-z-tolerance"},
 };
 
-/// Adds an option that applies only to some formats, like addValue(). Records whether the option is
-/// given.
+/// Adds an option that applies only to some formats. Records whether the option is given. Otherwise
+/// like addValue().
 template <class T, class Parse>
 Option addGiven(VerbOptions& verb, OutputRequest& output, const char* name, const char* value_name,
                 T& target, Parse parse, const std::string& help) {
@@ -60,8 +60,8 @@ Option addGiven(VerbOptions& verb, OutputRequest& output, const char* name, cons
         help);
 }
 
-/// Adds an option whose value is the `name` of a row in `rows`, like addGiven(). The help lists all
-/// rows.
+/// Adds an option whose value is the `name` of a row in `rows`. The help lists all rows. Otherwise
+/// like addGiven().
 template <class Row>
 Option addNamed(VerbOptions& verb, OutputRequest& output, const char* option, std::string& target,
                 std::span<const Row> rows, const std::string& kind, const std::string& help,
@@ -273,7 +273,7 @@ void noteDisplay(const PictureResult& result, Reporter& reporter) {
         reporter.note(file + "exposed by " + stopsText(display.exposure) +
                       " stops, found by metering; set --exposure to change it");
     }
-    // No note for a few isolated pixels.
+    // Isolated pixels are not worth a note.
     const auto pixels =
         static_cast<std::uint64_t>(result.width) * static_cast<std::uint64_t>(result.height);
     if (display.alpha_raised_pixels > pixels / 100) {

@@ -22,30 +22,29 @@ namespace peeler::cmd {
 struct SequenceOptions;
 class VerbOptions;
 
-/// The output that the command line requests.
 struct OutputRequest {
     std::filesystem::path path;
     bool no_clobber = false, no_mkdir = false;
-    OutputOptions options;  ///< `provenance` is not set
-    /// The given options that apply only to some formats ("--exposure").
+    OutputOptions options;  ///< without `provenance`
+    /// The options that are given and apply only to some formats ("--exposure").
     std::set<std::string_view> given;
 
     bool isGiven(std::string_view option) const { return given.contains(option); }
-    /// Whether --layout asks for a separate file per layer.
+    /// Whether the layout is "per-file".
     bool hasFilePerLayer() const;
-    /// Whether --background, --exposure or --tone-map is given. They do not apply to layers.
+    /// Whether --background, --exposure or --tone-map is given. These options do not apply to
+    /// layers.
     bool asksForDisplay() const;
     /// Whether the file is a display picture and --exposure is not given.
     bool leavesExposureOpen() const;
-    /// Returns the options with the provenance. For display pictures, the default tone map is the
-    /// first one, and `outcome` points to a new object.
+    /// Returns `options` with this provenance. For display pictures, sets the first tone map unless
+    /// --tone-map is given, and a new object as `outcome`.
     OutputOptions from(const Provenance& provenance) const;
 };
 
 /// Declares -o, --no-clobber and --no-mkdir. If `layers_only`, the help omits the formats for
 /// composites.
 void addOutputFile(VerbOptions& verb, OutputRequest& output, bool layers_only = false);
-/// Declares --background, --exposure and --tone-map.
 void addDisplayOptions(VerbOptions& verb, OutputRequest& output);
 /// Declares the options of addOutputFile() and addDisplayOptions().
 void addOutputOptions(VerbOptions& verb, OutputRequest& output);
@@ -54,22 +53,21 @@ void addOutputOptions(VerbOptions& verb, OutputRequest& output);
 /// `layers_only`, the options of addDenseOptions() and --compress.
 void addLayerOutputOptions(VerbOptions& verb, OutputRequest& output, bool layers_only = false);
 
-/// Sets the display transform of a display picture, from `written.outcome`. Does nothing for other
-/// files.
+/// Copies the display transform of a display picture from `written.outcome` to `result`.
 void describeDisplay(const OutputOptions& written, bool automatic_exposure, PictureResult& result);
 /// Prints notes about automatic changes: metered exposure, and raised alpha in more than a
 /// hundredth of the pixels.
 void noteDisplay(const PictureResult& result, Reporter& reporter);
 
-/// Declares --fxaa. `remark` is the end of its help text.
+/// Declares --fxaa. `remark` is the end of the help text.
 void addFxaaOption(VerbOptions& verb, bool& fxaa, const std::string& remark);
 
-/// The part of checkOutput() about the options: throws unless the options apply to the format and
-/// their prerequisites are met.
+/// The part of checkOutput() about the options: throws if an option does not apply to the format or
+/// needs another option.
 void checkFormat(const OutputRequest& output);
 
-/// Whether an output made from `input` gets Cryptomatte layers, which are rebuilt from the ids. The
-/// input must have Cryptomatte layers, and the output must have a composite.
+/// Whether an output made from `input` gets Cryptomatte layers, which are rebuilt from the ids.
+/// Requires Cryptomatte layers in the input and a composite in the output.
 bool keepsCryptomatte(const ExrInfo& input, const OutputRequest& output);
 
 /// Sets the total size of the finished files. If samples were merged, also sets the numbers of

@@ -12,12 +12,12 @@ namespace peeler::cmd {
 class VerbOptions;
 
 /// Declares --scene, --include, --exclude, --allow-outside, --strict, --ignore-extension,
-/// --smooth-normals and, unless the verb has its own, --unit. `options` must outlive the parse.
+/// --smooth-normals and --unit. Omits --unit if the verb already has an option of this name.
+/// `options` must outlive the parse.
 void addSceneOptions(VerbOptions& verb, SceneOptions& options);
-/// Declares --up for verbs without a camera. In other verbs, the camera's --up also accepts axes
-/// (addCameraOptions()).
+/// Declares --up for verbs without a camera. In other verbs, addCameraOptions() declares an --up
+/// that also accepts axes.
 void addUpOption(VerbOptions& verb, SceneReadOptions& reading);
-/// Declares --unit.
 void addUnitOption(VerbOptions& verb, SceneReadOptions& reading);
 inline constexpr const char* kUpHelp =
     "up axis of a PLY, STL or OBJ, which becomes +Y of the scene (default: y)";
@@ -25,7 +25,6 @@ inline constexpr const char* kUpHelp =
 void addSandboxOption(VerbOptions& verb, bool& allow_outside);
 /// Declares --strict, which turns warnings of readers into errors.
 void addStrictOption(VerbOptions& verb, bool& strict);
-/// Declares --normalize.
 void addNormalizeOption(VerbOptions& verb, SceneOptions& options);
 
 /// Units of length by name, in metres.
@@ -35,7 +34,7 @@ inline constexpr Choice<double> kLengthUnits[] = {
     {"in", 0.0254, "inches"},
 };
 
-/// Returns the name of a unit of this length, or "" if it has none.
+/// Returns the name of the unit with this length, or "".
 std::string_view lengthUnitName(double metres);
 /// Returns the length of a unit in metres. The text is a name from kLengthUnits or a number.
 double parseLengthUnit(const std::string& text);

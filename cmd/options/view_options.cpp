@@ -34,7 +34,7 @@ std::optional<int> objectId(std::string_view name) {
     return whole && id >= 0 ? std::optional(id) : std::nullopt;
 }
 
-/// Throws Error (kUsage) if an option is given that applies only to a single camera.
+/// Throws Error (kUsage) if an option is given that does not apply to several views.
 void refuseLoneCamera(const CameraOptions& camera, const std::string& views) {
     const std::pair<bool, const char*> lone[] = {
         {camera.camera.has_value(), "--camera"},
@@ -91,8 +91,8 @@ void checkViewOptions(const ViewListOptions& options, const CameraOptions& camer
                "--size " + std::to_string(camera.size.width), "give the height too: --size WxH");
 }
 
-/// Returns the camera options of a view: the view's own camera, with the settings that all views
-/// share.
+/// Returns the camera options of a view: the view's own camera, with the settings common to all
+/// views.
 CameraOptions cameraOf(const CameraChoice& view, const CameraOptions& camera) {
     CameraOptions result;
     static_cast<CameraChoice&>(result) = view;
@@ -247,7 +247,7 @@ void ViewList::place(const OpenedScene& scene) {
 void ViewList::placeObjects(const Scene& scene) {
     if (std::ranges::all_of(listed_, [](const FileCamera& view) { return view.objects.empty(); }))
         return;
-    std::map<int, int> nodes;  // node index by object id
+    std::map<int, int> nodes;  // object id to node index
     for (std::size_t i = 0; i < scene.nodes.size(); ++i)
         if (const auto id = objectId(scene.nodes[i].name)) nodes.emplace(*id, static_cast<int>(i));
     std::set<int> ever_placed;
@@ -274,7 +274,7 @@ void ViewList::placeObjects(const Scene& scene) {
     warnOfUnplaced(ever_placed.size());
 }
 
-/// Warns if some views do not place all of the `objects` objects.
+/// Warns if a view places fewer than `objects` objects.
 void ViewList::warnOfUnplaced(std::size_t objects) const {
     const auto lacks = [&](const auto& placed) { return placed.size() < objects; };
     const auto first = std::ranges::find_if(placed_, lacks);
@@ -290,7 +290,7 @@ void ViewList::warnOfUnplaced(std::size_t objects) const {
 
 void ViewList::addSettings(std::size_t index, nlohmann::json& settings) const {
     for (const PlacedNode& placed : placed(index)) {
-        std::array<double, 16> numbers{};  // matrix in column order
+        std::array<double, 16> numbers{};  // column by column
         for (int i = 0; i < 16; ++i)
             numbers[static_cast<std::size_t>(i)] = placed.to_world[i / 4][i % 4];
         settings["placed"].push_back({placed.node, numbers});

@@ -31,7 +31,6 @@ inline constexpr Choice<Around> kArounds[] = {
     {"random", Around::kRandom, "at random on all sides, the same for the same --seed"},
 };
 
-/// The values of --cameras, --views and related options.
 struct ViewListOptions {
     std::optional<std::filesystem::path> file;
     std::optional<CameraConvention> convention;
@@ -41,9 +40,9 @@ struct ViewListOptions {
     std::optional<double> distance;
     std::optional<double> elevation, azimuth;  ///< degrees
     bool clockwise = false;
-    int first = 0;  ///< number of the first view
+    int first = 0;
     std::optional<std::filesystem::path> cameras_out;
-    bool through_corners = false;  ///< value for ViewsAround::through_corners, set by presets
+    bool through_corners = false;  ///< ViewsAround::through_corners; set by presets
 
     /// Whether --cameras or --views is given, even for a single view.
     bool asked() const { return file || count; }
@@ -77,33 +76,33 @@ class ViewList {
     /// number pattern.
     void checkName(const std::filesystem::path& output) const;
 
-    /// Places cameras around the scene, and finds the nodes of the objects that the camera file
-    /// places. Must be called before the functions below. Throws Error (kUsage) if a camera cannot
-    /// be placed, Error (kInput) if the scene lacks an object.
+    /// Places cameras around the scene, and finds the nodes that the camera file places. Must be
+    /// called before the functions below. Throws Error (kUsage) if a camera cannot be placed, Error
+    /// (kInput) if the scene lacks an object.
     void place(const OpenedScene& scene);
 
-    /// Returns the cameras of all views.
     const std::vector<CameraOptions>& cameras() const { return cameras_; }
     /// Returns a view's number in names and results.
     int number(std::size_t index) const { return options_.first + static_cast<int>(index); }
-    /// Returns a view's name: its name in the camera file or its number; "" for a single view.
+    /// Returns a view's name in the camera file, or its number; "" for a single view.
     std::string name(std::size_t index) const { return asked() ? names_[index] : ""; }
-    /// Whether any view moves nodes of the scene.
     bool placesObjects() const { return !placed_.empty(); }
     /// Returns the nodes that a view moves, with their poses.
     std::span<const PlacedNode> placed(std::size_t index) const {
         return placed_.empty() ? std::span<const PlacedNode>() : placed_[index];
     }
-    /// Adds the nodes that a view moves to its settings, as "placed".
+    /// Adds the nodes that a view moves to the view's settings, as "placed".
     void addSettings(std::size_t index, nlohmann::json& settings) const;
-    /// Returns the scene in the pose of a view.
+    /// Returns the scene at a time, with nodes moved as in a view.
     PosedScene pose(const OpenedScene& scene, double time, std::size_t index) const {
         return scene.at(time, placed(index));
     }
-    /// Returns the View, which has the view's name. Throws like makeView().
+    /// Returns the View. With --cameras or --views, View::camera_name is name(). Throws like
+    /// makeView().
     View view(const OpenedScene& scene, const PosedScene& posed, std::size_t index) const;
 
-    /// Whether no option chooses the camera, and the scene's own cuts the scene off.
+    /// Whether the camera is the scene's own, chosen by default, and shows only a part of the
+    /// scene.
     bool cutsSceneOff(const View& view, const PosedScene& posed) const;
 
   private:
@@ -116,9 +115,9 @@ class ViewList {
     bool strict_;
     Reporter& reporter_;
     std::vector<FileCamera> listed_;      ///< cameras from the file
-    std::vector<std::string> names_;      ///< names of the views; empty for a single view
-    std::vector<CameraOptions> cameras_;  ///< cameras of all views, set by place()
-    /// Moved nodes of each view; empty if no view moves a node.
+    std::vector<std::string> names_;      ///< empty for a single view
+    std::vector<CameraOptions> cameras_;  ///< set by place()
+    /// The moved nodes of each view; empty if no view moves a node.
     std::vector<std::vector<PlacedNode>> placed_;
 };
 

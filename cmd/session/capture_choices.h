@@ -26,7 +26,7 @@ inline constexpr Choice<Faces> kFaces[] = {
     {"back", Faces::kBack, "back faces only"},
     {"both", Faces::kBoth, "both faces, regardless of the material"},
 };
-/// The choices of kFaces, with the default for rays first.
+/// kFaces, with the default for rays first.
 inline constexpr Choice<Faces> kRayFaces[] = {kFaces[3], kFaces[0], kFaces[1], kFaces[2]};
 inline constexpr Choice<Shading> kShading[] = {
     {"pbr", Shading::kPbr, "metallic-roughness under the scene's lights, or the built-in one"},

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tables of named choices, and the error for a name that is not in a table.
+// Tables of named choices, and the error for an unknown name.
 #pragma once
 
 #include <optional>
@@ -13,7 +13,7 @@
 
 namespace peeler::cmd {
 
-/// A row of a table: the name on the command line, the value, and a few words for --help.
+/// A row of a table: the name on the command line, the value, and the summary for --help.
 template <class T>
 struct Choice {
     std::string_view name;
@@ -29,8 +29,8 @@ std::vector<std::string_view> choiceNames(std::span<const Choice<T>> choices) {
     return names;
 }
 
-/// Throws Error (kUsage): `text` is not one of `names`. `kind` is the noun in the message, such as
-/// "method".
+/// Throws Error (kUsage), because `text` is not one of `names`. `kind` is the noun in the message,
+/// such as "method".
 [[noreturn]] void refuseName(const std::string& kind, std::string_view text,
                              std::span<const std::string_view> names);
 

@@ -7,18 +7,16 @@
 
 namespace peeler::cmd {
 
-/// The metadata of a file or folder.
 struct FileState {
     std::filesystem::path path;
     bool exists = false;
     std::uint64_t device = 0, inode = 0, size = 0;
     std::int64_t modified = 0;  ///< mtime in nanoseconds
-    std::int64_t changed = 0;   ///< ctime in nanoseconds, which programs cannot set
+    std::int64_t changed = 0;   ///< ctime in nanoseconds; programs cannot set it
 
     bool operator==(const FileState&) const = default;
 };
 
-/// Returns the current state of a file or folder.
 FileState fileState(const std::filesystem::path& path);
 
 }  // namespace peeler::cmd

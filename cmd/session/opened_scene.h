@@ -15,7 +15,6 @@
 
 namespace peeler::cmd {
 
-/// A scene that is read once and can be posed at any time.
 class OpenedScene {
   public:
     /// Reads the file, selects the scene, nodes and animations, and reports the reader's warnings.
@@ -23,23 +22,21 @@ class OpenedScene {
     OpenedScene(const SceneRequest& request, Reporter& reporter);
 
     const Scene& scene() const { return scene_; }
-    /// Returns the index of the selected scene.
     int index() const { return index_; }
-    /// Returns the indices of the animations that play.
     const std::vector<int>& animations() const { return playing_; }
-    /// Returns the transform of --normalize, if given.
+    /// Returns the transform of --normalize, or nothing without --normalize.
     const std::optional<Normalizing>& normalized() const { return normalized_; }
-    /// Returns the values assumed for properties that the file's format does not specify, or
-    /// nothing if it specifies all.
+    /// Returns the values that are assumed because the file's format does not specify them. Returns
+    /// nothing if the format specifies all values.
     const std::optional<Assumed>& assumed() const { return assumed_; }
 
-    /// Returns the scene at a time in seconds. Keeps the latest result for reuse. This object must
-    /// outlive the returned scene. Not thread-safe.
+    /// Returns the scene at a time in seconds. Keeps the result for a later call with the same
+    /// time. This object must outlive the returned scene. Not thread-safe.
     PosedScene at(double time) const;
-    /// Returns the scene at a time, with some nodes moved. Throws like placeNodes().
+    /// Returns the scene at a time in seconds, with some nodes moved. Throws like placeNodes().
     PosedScene at(double time, std::span<const PlacedNode> placed) const;
 
-    /// Returns the extent that a camera without a pose frames. For animated scenes, the extent
+    /// Returns the extent that a camera without a pose frames. For an animated scene, the extent
     /// covers all times. Not thread-safe.
     const SceneExtent& extent() const;
 
@@ -49,8 +46,9 @@ class OpenedScene {
     std::vector<int> playing_;
     std::optional<Normalizing> normalized_;
     std::optional<Assumed> assumed_;
-    mutable std::optional<SceneExtent> extent_;                  ///< computed on first use
-    mutable std::optional<std::pair<double, PosedScene>> last_;  ///< the latest result of at()
+    mutable std::optional<SceneExtent> extent_;  ///< computed on first use
+    /// The latest time and result of at().
+    mutable std::optional<std::pair<double, PosedScene>> last_;
 };
 
 }  // namespace peeler::cmd

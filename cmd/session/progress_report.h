@@ -9,20 +9,19 @@
 
 namespace peeler::cmd {
 
-/// A named stage of a run.
 struct Stage {
     Stage(std::string stage_name, double ends_at = 1) : name(std::move(stage_name)), end(ends_at) {}
     Stage(const char* stage_name) : Stage(std::string(stage_name)) {}
 
     std::string name;
-    double end;  ///< share of the run that is done after this stage; 1 = all
+    double end;  ///< share of the run that is done after this stage, 0 to 1
 };
 
-/// The share of a run's progress for a count pass before the main pass.
+/// The end of a count pass that precedes the main pass, as a share of the run.
 inline constexpr double kCountEnd = 0.3;
 
-/// A progress report for one stage, which begins at construction and ends at destruction. In the
-/// run, each stage starts where the previous one ended.
+/// A progress report for one stage. The stage begins at construction and ends at destruction. In
+/// the run, each stage starts where the previous stage ended.
 class ProgressReport {
   public:
     /// The reporter must outlive this object.

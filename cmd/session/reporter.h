@@ -16,25 +16,23 @@ namespace peeler::cmd {
 using Json = nlohmann::ordered_json;
 
 enum class Severity : std::uint8_t {
-    kDetail,   ///< progress of the work, for --verbose
+    kDetail,   ///< a step of the work, for --verbose
     kNote,     ///< interesting to people, but not to scripts
     kHint,     ///< advice, possibly in several lines
     kWarning,  ///< a result may differ from the user's expectation
     kError,    ///< the run or a part of it fails
 };
 
-/// The style of progress output.
 enum class ProgressStyle : std::uint8_t { kAuto, kNone, kPlain, kAlf, kOpenJd, kJson };
 
-/// The progress of a run.
 struct RunProgress {
-    std::string_view stage;  ///< name of the stage: "render", "trace"
-    double of_stage = 0;     ///< progress of the stage, 0 to 1
-    double of_run = 0;       ///< progress of the run, 0 to 1, never decreasing
+    std::string_view stage;
+    double of_stage = 0;  ///< 0 to 1
+    double of_run = 0;    ///< 0 to 1, never decreasing
 };
 
-/// The receiver of everything that a run reports. The command line prints it, and the worker
-/// forwards it. Each Reporter must be used by only one thread.
+/// The receiver of all reports of a run: the command line prints the reports, the worker forwards
+/// them. Each Reporter must be used by only one thread.
 class Reporter {
   public:
     Reporter() = default;
@@ -54,10 +52,10 @@ class Reporter {
 
     /// Reports an error that ends the run or one of its pictures, and the error's hint.
     virtual void failure(const Error& error) = 0;
-    /// Reports the result of --json. Throws Error (kOutput) if it cannot be written.
+    /// Reports the result for --json. Throws Error (kOutput) if the result cannot be written.
     virtual void result(const Json& result) = 0;
-    void result(std::string_view) = delete;  // would convert the text to a JSON string
-    /// Writes a result as human-readable text. Throws like result().
+    void result(std::string_view) = delete;  // the text would become a JSON string
+    /// Writes a result as text for people. Throws like result().
     virtual void text(std::string_view text) = 0;
 
     /// Begins a stage. Until endStage(), progress() refers to this stage. An exception from
@@ -74,14 +72,13 @@ class Reporter {
     void setVerbose(bool verbose) { verbose_ = verbose; }
     bool quiet() const { return quiet_; }
 
-    /// Returns the share of the run done by earlier stages.
+    /// Returns the share of the run that earlier stages have done, 0 to 1.
     double done() const { return done_; }
 
   protected:
     friend class ProgressReport;
 
     virtual void message(Severity severity, const Text& text) = 0;
-    /// Whether messages of this severity are shown.
     bool shows(Severity severity) const {
         if (severity >= Severity::kHint) return true;
         return !quiet_ && (severity == Severity::kNote || verbose_);

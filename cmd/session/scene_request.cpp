@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::string_view kAxes = "xyz";
 
-/// Returns a mark for each node: 1 if its name matches one of the globs. Throws like
+/// Returns 1 for each node whose own name matches one of the globs, 0 for other nodes. Throws like
 /// nodesMatching().
 std::vector<char> matching(const Scene& scene, const std::vector<std::string>& globs,
                            const char* option) {
@@ -67,7 +67,6 @@ std::size_t variantNamed(const Scene& scene, const std::string& text) {
     throw Error(ErrorKind::kUsage, "unknown variant", "--variant " + text, hint);
 }
 
-/// The value of --environment that means no environment.
 constexpr const char* kNoEnvironment = "none";
 
 bool hasEnvironment(const AppearanceOptions& appearance) {

@@ -21,21 +21,20 @@ namespace peeler::cmd {
 /// The scene file, the reading options, and the part of the scene to use.
 struct SceneOptions {
     std::filesystem::path file;
-    std::optional<std::string> scene;  ///< name or index of a scene; none = the file's default
+    std::optional<std::string> scene;           ///< name or index; none = the file's default
     std::vector<std::string> include, exclude;  ///< globs of node names
-    std::optional<Normalized> normalize;        ///< none = not normalised
+    std::optional<Normalized> normalize;
     SceneReadOptions reading;
 
     bool operator==(const SceneOptions&) const = default;
 };
 
-/// The choices of --normalize.
 inline constexpr Choice<Normalized> kNormalized[] = {
     {"unit-cube", Normalized::kUnitCube, "scale the longest side of the bounds to 1"},
     {"unit-sphere", Normalized::kUnitSphere, "scale the farthest vertex to distance 1"},
 };
 
-/// Returns the axis named x, y or z, or nothing for any other text.
+/// Returns the axis called "x", "y" or "z", or nothing for any other text.
 std::optional<Axis> axisNamed(std::string_view text);
 std::string axisName(Axis axis);
 
@@ -48,12 +47,12 @@ nlohmann::json readingSettings(const SceneReadOptions& reading,
 /// requested scene does not exist.
 int chooseScene(const Scene& scene, const SceneOptions& options);
 
-/// Returns a mark for each name: 1 if it matches the glob. *, ? and [a-z] have the same meaning as
-/// in a shell.
+/// Returns 1 for each name that matches the glob, 0 for other names. *, ? and [a-z] have the same
+/// meaning as in a shell.
 std::vector<char> namesLike(const std::vector<std::string>& names, const std::string& glob);
 
-/// Returns a mark for each node: 1 if its name or an ancestor's name matches one of the globs.
-/// Throws Error (kUsage), with `option` as the source of the globs, if no node matches a glob.
+/// Returns 1 for each node if its name or an ancestor's name matches one of the globs, else 0.
+/// Throws Error (kUsage) if no node matches a glob. The message names `option`.
 std::vector<char> nodesMatching(const Scene& scene, const std::vector<std::string>& globs,
                                 const char* option);
 
@@ -71,7 +70,7 @@ enum class Transmitted : std::uint8_t {
 
 /// Options that override the scene's appearance.
 struct AppearanceOptions {
-    std::optional<std::string> variant;  ///< name or index of a variant
+    std::optional<std::string> variant;  ///< name or index
     Transmitted transmission = Transmitted::kColor;
     std::optional<std::filesystem::path> environment;  ///< file name, "studio" or "none"
     std::optional<double> environment_rotation;        ///< degrees
@@ -88,16 +87,16 @@ std::optional<std::filesystem::path> environmentFile(const AppearanceOptions& ap
 /// Throws Error (kUsage) if a rotation is given without an environment.
 void checkAppearanceOptions(const AppearanceOptions& appearance);
 
-/// Applies --normalize to a scene of the file, and returns the transform. Throws like
+/// Applies --normalize to the scene with this index. Returns the transform. Throws like
 /// normalizing().
 Normalizing normalizeScene(Scene& scene, int scene_index, Normalized to);
 
-/// Lights the scene with the studio if `appearance` allows that, no environment is given, and the
-/// scene with this index has no light.
+/// Lights the scene with the studio if AppearanceOptions::studio is set, no environment is given,
+/// and the scene with this index has no light.
 void addStudio(Scene& scene, int scene_index, const AppearanceOptions& appearance);
 
-/// Returns the index of the requested variant, if any. Throws Error (kUsage), with the list of
-/// variants, if the variant does not exist.
+/// Returns the index of the requested variant, or nothing if no variant is requested. Throws Error
+/// (kUsage), with the list of variants, if the variant does not exist.
 std::optional<std::size_t> chosenVariant(const Scene& scene, const AppearanceOptions& appearance);
 
 /// Whether to capture coloured opacity (CaptureSettings::tinted).
@@ -108,10 +107,10 @@ nlohmann::json appearanceSettings(const AppearanceOptions& appearance, const Sce
 
 /// The animation and its times: at rest, at one time, or at the times of frames.
 struct AnimationOptions {
-    std::optional<std::string> animation;    ///< name or index of an animation, or "all"
-    std::optional<double> time;              ///< time in seconds
+    std::optional<std::string> animation;    ///< name or index, or "all"
+    std::optional<double> time;              ///< seconds
     std::optional<std::vector<int>> frames;  ///< numbers of the frames, at least one
-    std::optional<double> fps;               ///< frames per second; none = the default
+    std::optional<double> fps;               ///< none = the default
 
     /// Whether a time or frames are given. Otherwise the scene is at rest.
     bool moves() const { return time || frames; }
@@ -131,9 +130,9 @@ struct Moment {
 void checkAnimationOptions(const AnimationOptions& options);
 
 /// Returns the animations to play, as indices into Scene::animations: the requested animation, or
-/// all of them. If none is requested, returns the first one if a time or frames are given;
-/// otherwise the scene is at rest. Throws Error (kUsage), with the list of animations, if the
-/// requested animation does not exist.
+/// all for "all". Without a request, returns the first animation if AnimationOptions::moves(), else
+/// nothing. Throws Error (kUsage), with the list of animations, if the requested animation does not
+/// exist.
 std::vector<int> chooseAnimations(const Scene& scene, const AnimationOptions& options);
 
 /// Returns the times to render, in the given order. Frame N is at N / fps seconds.
@@ -142,13 +141,13 @@ std::vector<Moment> momentsOf(const AnimationOptions& options);
 /// Returns an animation's name, or "animation N" if it has no name.
 std::string animationName(const Scene& scene, std::size_t animation);
 
-/// A request for a scene. Equal requests give equal scenes unless files change.
+/// A request for a scene. Equal requests give equal scenes as long as no file changes.
 struct SceneRequest {
     SceneOptions scene;
     AppearanceOptions appearance;
     AnimationOptions animation;  ///< determines which animations play
     bool shadows = false;        ///< whether to warn that no light casts shadows
-    /// The memory limit for reading. Does not change the scene.
+    /// Memory limit for reading. Does not affect the scene.
     MemoryBudget memory{};
 
     bool operator==(const SceneRequest& other) const {

@@ -12,8 +12,8 @@ namespace peeler::cmd {
 
 namespace {
 
-/// Returns the states of all files that determine the scene. If the reader warned, a file may be
-/// missing. Then the folder is included, because the folder's state changes when the file appears.
+/// Returns the states of all files that determine the scene. Adds the folder's state if the reader
+/// warned, because a file may be missing: when this file appears, the folder's state changes.
 std::vector<FileState> statesOf(const SceneRequest& request, const Scene& scene) {
     std::vector<FileState> states{fileState(request.scene.file)};
     for (const std::filesystem::path& file : scene.files)
@@ -31,8 +31,8 @@ bool areUnchanged(const std::vector<FileState>& files) {
                                [](const FileState& file) { return file == fileState(file.path); });
 }
 
-/// Whether all files had been unchanged for a while when reading began. File-system clocks are
-/// coarse, so a file that was just written may change again without a new time stamp.
+/// Whether no file changed shortly before reading began. File-system clocks are coarse: a file that
+/// was just written may change again and keep its time stamp.
 bool areSettled(const std::vector<FileState>& files, std::chrono::system_clock::time_point begin) {
     constexpr std::chrono::milliseconds kWhile{100};
     const std::chrono::nanoseconds latest = (begin - kWhile).time_since_epoch();

@@ -22,7 +22,7 @@ nlohmann::json clipJson(const ClipVolume& clip) {
 
 std::string settingsText(const ShownScene& shown, const CaptureSettings& capture,
                          const nlohmann::json& more) {
-    // The text is canonical: nlohmann::json sorts keys and prints the fewest digits that
+    // nlohmann::json makes the text canonical: it sorts keys and prints the fewest digits that
     // round-trip.
     nlohmann::json settings = {
         {"scene", shown.scene},

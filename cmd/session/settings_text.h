@@ -11,24 +11,24 @@
 
 namespace peeler::cmd {
 
-/// The part of a scene file that is rendered.
+/// The rendered part of a scene file.
 struct ShownScene {
-    int scene = 0;                  ///< index of the scene
-    std::vector<int> animations{};  ///< indices of the played animations
+    int scene = 0;
+    std::vector<int> animations{};
     std::vector<std::string> include{}, exclude{};
-    double frames_per_second = 0;  ///< frame rate for motion vectors; 0 = no motion vectors
-    /// The pixels to which --occlusion-ratio refers. They are a setting, because the ratio may keep
-    /// more or fewer layers in a tile than in the whole picture.
+    double frames_per_second = 0;  ///< for motion vectors; 0 = no motion vectors
+    /// The pixels for --occlusion-ratio. Part of the settings, because the ratio may keep more or
+    /// fewer layers in a tile than in the whole picture.
     Window crop{};
 };
 
 /// Returns all settings that change pixels (peeler:settings), as the text of a JSON object with
-/// sorted keys. Most keys are names of options (differences.h). Two renders of the same scene file
-/// with the same settings, time and camera (peeler:cameraJson) have the same layers. Omits camera,
-/// size, crop and time, which the header has elsewhere, so that the tiles of a picture and the
-/// frames of a sequence share their settings. Also omits settings that change nothing: threads,
-/// memory, backend, and the choice among exact methods. `more` is an object of further settings,
-/// such as appearanceSettings().
+/// sorted keys. Most keys are names of options (differences.h). Renders of the same scene file with
+/// the same settings, time and camera (peeler:cameraJson) have the same layers. Omits camera, size,
+/// crop and time, which are elsewhere in the header: the tiles of a picture and the frames of a
+/// sequence have the same settings. Also omits settings that change nothing: threads, memory,
+/// backend, and the choice among exact methods. `more` is an object of further settings, such as
+/// appearanceSettings().
 std::string settingsText(const ShownScene& shown, const CaptureSettings& capture,
                          const nlohmann::json& more = nlohmann::json::object());
 /// Returns the hash of settingsText() (peeler:settingsHash), 16 hexadecimal digits.

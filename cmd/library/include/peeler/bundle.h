@@ -23,8 +23,8 @@ std::vector<glm::dvec3> sphereDirections(int count);
 std::vector<glm::dvec3> hemisphereDirections(int count);
 
 /// Returns the axes of a bundle along `direction` (of any length but 0). The columns are unit
-/// vectors in world space: right, up and backward (against the direction). Before the roll, up is
-/// as close as possible to +Y, or to +Z for directions along Y. `roll` (radians) turns right and up
+/// vectors in world space: right, up, and backward (opposite to the direction). At roll 0, up is as
+/// close as possible to +Y, or to +Z for directions along Y. `roll` (radians) rotates right and up
 /// about the direction.
 glm::dmat3 bundleSides(const glm::dvec3& direction, double roll = 0);
 
@@ -37,8 +37,8 @@ struct RayGrid {
 };
 
 /// A grid of rays, one per pixel of `view` (through the pixel's sample), row by row from the top.
-/// Bands of a traced bundle hold the rays' hits, with the keys of the hit primitives (kKeyChannel)
-/// in `extra[0]`.
+/// The bands of a traced bundle hold the hits; `extra[0]` holds the keys of the hit primitives
+/// (kKeyChannel).
 struct Bundle {
     std::string name;  ///< unique among bundles traced together: "bundle_000"
     View view;
@@ -49,8 +49,8 @@ struct Bundle {
     glm::dvec3 direction() const { return -glm::dvec3(view.camera_to_world[2]); }
     glm::dvec3 right() const { return glm::dvec3(view.camera_to_world[0]); }
     glm::dvec3 up() const { return glm::dvec3(view.camera_to_world[1]); }
-    /// Returns the camera's position, where t = 0: the eye, or the centre of the plane where
-    /// parallel rays start.
+    /// Returns the camera's position in world space: the eye, or the centre of the plane where
+    /// parallel rays start (t = 0).
     glm::dvec3 origin() const { return glm::dvec3(view.camera_to_world[3]); }
     /// Returns the width and height of the grid in scene units, at distance 1 for a pinhole bundle.
     glm::dvec2 size() const {
@@ -63,24 +63,24 @@ struct Bundle {
 
 /// Returns parallel rays along `direction` (of any length but 0) that cover the projection of
 /// `area` and span `scene` in depth. The axes are those of bundleSides(). Throws Error (kUsage) if
-/// there would be more than 2^30 rays or 65536 on a side.
+/// there would be more than 2^30 rays, or more than 65536 on a side of the grid.
 Bundle parallelBundle(std::string name, const Bounds& area, const Bounds& scene,
                       const glm::dvec3& direction, const RayGrid& grid);
 
-/// Bundles along +X, +Y and +Z (a layered depth normal image: Chen & Wang 2008) on a common lattice
-/// of cubes. All rays go through cell centres.
+/// Bundles along +X, +Y and +Z (a layered depth normal image: Chen & Wang 2008). The bundles share
+/// a lattice of cubes. All rays go through cell centres.
 struct AxisBundles {
-    std::vector<Bundle> bundles;  ///< three bundles: along +X, +Y and +Z
+    std::vector<Bundle> bundles;  ///< along +X, +Y and +Z
     glm::dvec3 corner{0};         ///< minimum corner of the first cell, world space
-    double spacing = 0;           ///< side of a cell, scene units
-    glm::ivec3 cells{0};          ///< number of cells along x, y, z
+    double spacing = 0;           ///< edge length of a cell, scene units
+    glm::ivec3 cells{0};
 };
 AxisBundles axisBundles(const Bounds& area, const Bounds& scene, const RayGrid& grid);
 
-/// Returns the bundles' views with display windows of one size, which OpenEXR requires for all
-/// parts of a file. The rays stay the same; each crop is centred in the window. If the margin is an
-/// odd number of pixels, the camera of a parallel bundle moves by half a pixel. Throws Error
-/// (kUsage) if a pinhole bundle would have to move.
+/// Returns the bundles' views with display windows of one size, because OpenEXR requires one size
+/// for all parts of a file. The rays stay the same; each crop is centred in the window. If a window
+/// grows by an odd number of pixels, the camera of a parallel bundle moves by half a pixel. Throws
+/// Error (kUsage) if a pinhole bundle would have to move.
 std::vector<View> withCommonDisplay(std::span<const Bundle> bundles);
 
 }  // namespace peeler::inline v0

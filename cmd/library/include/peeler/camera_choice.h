@@ -29,18 +29,18 @@ struct Intrinsics {
     bool operator==(const Intrinsics&) const = default;
 };
 
-/// Returns the intrinsics of a view's crop. If CameraChoice::intrinsics can reproduce the view
-/// exactly, returns the values with the fewest digits that do. Otherwise, for example for a view
-/// made from a field of view, returns the nearest values. Throws Error (kUsage) if the view is
-/// orthographic.
+/// Returns the intrinsics of a view's crop: the values with the fewest digits from which
+/// CameraChoice::intrinsics reproduces the view exactly. If there are no such values (for example,
+/// for a view made from a field of view), returns the nearest values. Throws Error (kUsage) if the
+/// view is orthographic.
 Intrinsics intrinsicsOf(const View& view);
 
-/// A scene camera, or a camera given by numbers. The default is the scene's first camera. If the
-/// scene has no camera, or some of the numbers are not given, the camera is placed so that it
-/// frames the whole scene.
+/// A scene camera, or a camera given by numbers. The default is the scene's first camera or, if the
+/// scene has no camera, a camera that frames the whole scene. Numbers that are not given are chosen
+/// so that the camera frames the whole scene.
 struct CameraChoice {
-    /// The camera's name, or its index in draw order. "light:", followed by a light's name or
-    /// index, selects that light. "auto" frames the whole scene, as if it had no camera.
+    /// The camera's name, or its index in draw order. "light:NAME" or "light:INDEX" selects a
+    /// light. "auto" frames the whole scene, even if the scene has a camera.
     std::optional<std::string> camera{};
     /// World space; `up` is not 0.
     std::optional<glm::dvec3> eye{}, target{}, up{};
@@ -50,14 +50,14 @@ struct CameraChoice {
     std::optional<double> fov{};           ///< vertical field of view, degrees
     std::optional<double> ortho_height{};  ///< height of an orthographic picture, scene units
     /// Replaces the field of view of any camera; `size` must have a height. The picture becomes a
-    /// crop of a larger picture that is centred on the axis (View::width). View::sample holds the
-    /// part of the crop's offset that is less than a pixel.
+    /// crop of a larger picture that is centred on the axis and has the size View::width x
+    /// View::height. View::sample holds the fractional part of the crop's offset.
     std::optional<Intrinsics> intrinsics{};
     std::optional<double> near{}, far{};  ///< distances to the near and far plane, scene units
     Size size{1280, 720};
     std::optional<Window> crop{};  ///< the part of the picture to render, pixels
 
-    /// Whether the camera is built from these numbers rather than taken from the scene.
+    /// Whether the camera is built from numbers rather than taken from the scene.
     bool buildsCamera() const { return eye || target || up || pose || fov || ortho_height; }
 };
 

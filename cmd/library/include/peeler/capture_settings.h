@@ -18,31 +18,31 @@ namespace peeler::inline v0 {
 
 /// The set of fragments to capture (core/README.md, "What a fragment is").
 enum class Surfaces : std::uint8_t {
-    kAll,  ///< all fragments, also those behind opaque surfaces
+    kAll,  ///< all fragments, including those behind opaque surfaces
     /// Up to and including the nearest opaque fragment (OPAQUE or MASK, not transmissive).
     kVisible,
-    kTransparent  ///< the fragments of kVisible without the opaque ones
+    kTransparent  ///< like kVisible, but without opaque fragments
 };
 
 /// The sides of triangles to rasterise.
 enum class Faces : std::uint8_t {
-    kGltf,   ///< both sides if the material is doubleSided, else front faces only
-    kFront,  ///< front faces only
-    kBack,   ///< back faces only
+    kGltf,  ///< both sides if the material is doubleSided, else front faces only
+    kFront,
+    kBack,
     kBoth
 };
 
-/// Fragment colour: lit by the scene's lights, or just the base colour.
+/// Fragment colour: lit by the scene's lights, or only the base colour.
 enum class Shading : std::uint8_t { kPbr, kUnlit };
 
-/// Whether to capture ray hits instead of a picture. The fragments of hits have no colour; the
-/// first extra array holds their keys (kKeyChannel). Rays never hit lines and points, which have no
-/// area.
+/// The kind of capture: a picture, or ray hits. The fragments of hits have no colour; the first
+/// extra array holds the keys of the hit primitives (kKeyChannel). Rays never hit lines and points,
+/// which have no area.
 enum class HitMode : std::uint8_t {
-    kNone,     ///< a picture instead of hits
+    kNone,     ///< a picture
     kRefined,  ///< Z recomputed from the primitive in double precision; hits sorted by this Z
     kRaw,      ///< Z as computed by the rasteriser
-    kSloped    ///< as kRaw, with depth slopes in place of colour (LayeredImage::color)
+    kSloped    ///< like kRaw, with depth slopes in place of colour (LayeredImage::color)
 };
 
 /// Returns the number of colour components stored during a capture (shaders/packed_color.glsl).
@@ -53,23 +53,23 @@ inline constexpr std::size_t storedComponents(bool tinted) {
 
 /// The settings of a capture. The defaults capture every fragment, as a picture.
 struct CaptureSettings {
-    std::string method = "a-buffer";  ///< method name, as in `peeler render --method`
+    std::string method = "a-buffer";  ///< as for `peeler render --method`
     Surfaces surfaces = Surfaces::kAll;
     Faces faces = Faces::kGltf;
     Shading shading = Shading::kPbr;
-    /// Whether directional and spot lights, also the built-in light, cast shadows.
+    /// Whether directional lights, spot lights and the built-in light cast shadows.
     bool shadows = false;
-    int shadow_size = 2048;    ///< texels per side of each light's shadow map
+    int shadow_size = 2048;    ///< texels per side of the shadow map of each light
     bool opaque_only = false;  ///< whether to skip materials that are BLEND or transmissive
     /// Side, in pixels, of the square drawn around a point. A point whose centre is outside the
     /// picture is not drawn. If the picture consists of several raster tiles (4096 x 4096 pixels),
     /// only the tile that contains the point's centre shows the square.
     int point_size = 1;
-    ClipVolume clip{};  ///< clip volume; fragments outside its kept side are discarded
+    ClipVolume clip{};  ///< fragments outside the kept side of the volume are discarded
     PixelType color_type = PixelType::kHalf;  ///< kHalf or kFloat
     /// Coloured opacity: glass filters each colour channel separately (LayeredImage::tinted). Needs
-    /// more memory and only makes a difference if hasTintedGlass(). If false, glass has a single
-    /// alpha.
+    /// more memory, and only makes a difference if hasTintedGlass(). If false, the opacity of glass
+    /// is a single alpha.
     bool tinted = false;
     HitMode hit_mode = HitMode::kNone;
     bool depth_clamp = false;  ///< whether to disable clipping at the near and far planes
@@ -78,14 +78,14 @@ struct CaptureSettings {
     std::vector<Channel> channels{};
     std::uint32_t max_layers = 0;  ///< number of layers to keep, nearest first; 0 = all
     /// A share of the pixels, 0 to 1. The first layer that covers less than this share is the last
-    /// to be kept.
+    /// layer to be kept.
     double occlusion_ratio = 0;
     Tail tail = Tail::kDrop;
-    int samples = 1;  ///< sub-pixel samples per pixel, merged into one picture
-    /// Composites each band before the sink gets it: the band then has at most one fragment per
-    /// pixel, in 32-bit float.
+    int samples = 1;  ///< sub-pixel samples, merged into one picture
+    /// Whether to composite each band before the sink gets it. The band then has at most one
+    /// fragment per pixel, in 32-bit float.
     bool composite = false;
-    MemoryBudget memory{};  ///< limit for the whole process, not counting MemoryBudget::base
+    MemoryBudget memory{};  ///< limit for the process without MemoryBudget::base
     /// Maximum bytes of a band; a tight `memory` makes bands smaller.
     std::uint64_t band_bytes = 384ULL << 20;
 
@@ -94,7 +94,7 @@ struct CaptureSettings {
         if (hit_mode != HitMode::kNone) return storedColorBytes();
         return colorComponents(tinted) * pixelTypeSize(color_type);
     }
-    /// Returns the number of bytes of colour per fragment while capturing.
+    /// Returns the number of bytes of colour per fragment during the capture.
     std::size_t storedColorBytes() const {
         if (hit_mode == HitMode::kNone) return storedComponents(tinted) * pixelTypeSize(color_type);
         return hit_mode == HitMode::kSloped ? 2 * sizeof(float) : 0;

@@ -33,9 +33,9 @@ enum class Channel : std::uint8_t {
 /// A row of the table. `components` are EXR channel names.
 struct ChannelInfo {
     Channel channel;
-    std::string_view name;  ///< the name on the command line
+    std::string_view name;  ///< name on the command line
     std::span<const std::string_view> components;
-    /// kHalf: the same precision as the colour. kFloat and kUint: always that type.
+    /// kHalf: the channel has the same precision as the colour. kFloat, kUint: always this type.
     PixelType type;
     /// The macro that makes channels.frag output the channel, one float per component; "" = the
     /// channel is derived from the fragment's Z and primitive (core/fragments/depth_sort.h).

@@ -16,7 +16,7 @@ namespace peeler::inline v0 {
 /// The treatment of fragments beyond the layer limit.
 enum class Tail : std::uint8_t {
     kDrop,
-    /// Composites only: blends a weighted average of these fragments behind the kept layers.
+    /// Composites only: a weighted average of these fragments is blended behind the kept layers.
     kBlend
 };
 
@@ -25,11 +25,10 @@ enum class Tail : std::uint8_t {
 /// single alpha; compositing ignores A.
 using TintedColor = std::array<float, kTintedComponents>;
 
-/// Returns a plain colour as a tinted one: the opacity of every channel is its alpha.
+/// Returns a plain colour as a tinted colour: AR, AG and AB equal A.
 inline TintedColor tinted(const std::array<float, 4>& c) {
     return {c[0], c[1], c[2], c[3], c[3], c[3], c[3]};
 }
-/// Returns R, G, B and A, without the channel opacities.
 inline std::array<float, 4> untinted(const TintedColor& c) {
     return {c[0], c[1], c[2], c[3]};
 }
@@ -42,7 +41,7 @@ struct CompositeImage {
     std::vector<float> z;
     /// AR, AG and AB of each pixel. If empty, A applies to every channel.
     std::vector<std::array<float, 3>> opacity{};
-    std::vector<FragmentArray> extra{};  ///< arrays of further channels, one record per pixel
+    std::vector<FragmentArray> extra{};  ///< further channels, one record per pixel
 
     /// Returns the bytes per pixel of colour and Z.
     static constexpr std::size_t pixelBytes(bool is_tinted) {
@@ -50,7 +49,6 @@ struct CompositeImage {
     }
 
     bool tinted() const { return !opacity.empty(); }
-    /// Whether two pixels have the same colour.
     bool isSame(std::size_t a, std::size_t b) const {
         return rgba[a] == rgba[b] && (!tinted() || opacity[a] == opacity[b]);
     }
@@ -64,9 +62,7 @@ struct CompositeImage {
         rgba[pixel] = untinted(color);
         if (tinted()) opacity[pixel] = {color[4], color[5], color[6]};
     }
-    /// Sets the colour of a pixel in an untinted picture.
     void setColor(std::size_t pixel, const std::array<float, 4>& color) { rgba[pixel] = color; }
-    /// Resizes the colour arrays to the window.
     void resizeColors(bool is_tinted) {
         rgba.resize(window.pixels());
         opacity.resize(is_tinted ? window.pixels() : 0);
@@ -82,13 +78,12 @@ struct CompositeImage {
     void appendRows(const CompositeImage& from, int y0, int y1);
     /// Replaces colours, Z and window with those of the rows [y0, y1) of another picture.
     void setRows(const CompositeImage& from, int y0, int y1);
-    /// Removes colours and Z.
     void clear();
 };
 
 /// Composites front to back with "over" on premultiplied colours (Porter & Duff 1984): C += (1 −
-/// A)·c, A += (1 − A)·a, in 32-bit float, in list order. With coloured opacity, each channel uses
-/// its own alpha; pixels with equal opacities get the same bits as without coloured opacity.
+/// A)·c, A += (1 − A)·a, in 32-bit float, in list order. With coloured opacity, each channel has
+/// its own alpha; if these are equal in a pixel, its bits are the same as without coloured opacity.
 /// `background` (premultiplied) is composited last; zeros have no effect. Overwrites `out` and
 /// reuses its storage.
 void compositeOver(const LayeredImage& image, const std::array<float, 4>& background,
@@ -99,9 +94,9 @@ std::array<float, 4> over(const std::array<float, 4>& a, const std::array<float,
 /// Returns a over b, each colour channel with its own opacity.
 TintedColor over(const TintedColor& a, const TintedColor& b);
 
-/// Returns R, G, B, A of a fragment.
 std::array<float, 4> colorOf(const LayeredImage& image, std::size_t fragment);
-/// Returns a fragment's colour with channel opacities. If the image is not tinted, they equal A.
+/// Returns a fragment's colour with channel opacities. If the image is not tinted, AR, AG and AB
+/// equal A.
 TintedColor tintedColorOf(const LayeredImage& image, std::size_t fragment);
 }  // namespace peeler::inline v0
 

@@ -15,7 +15,8 @@ enum class DeepMerge {
 };
 
 /// The merge mode and its tolerances: Z in scene units, alpha in 0–1. The tolerances are measured
-/// from the nearest sample of a merged group, so no group spans more than `z_tolerance` in depth.
+/// from the nearest sample of a merged group, so the depth range of a group is at most
+/// `z_tolerance`.
 struct DeepMergeSettings {
     DeepMerge mode = DeepMerge::kOff;
     float z_tolerance = 0;      ///< used by kById and kByZ

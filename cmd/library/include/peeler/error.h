@@ -25,8 +25,8 @@ enum class ErrorKind : int {
 
 /// Thrown by every part of peeler. `what` is a sentence without a full stop; `where` is a path, a
 /// JSON pointer into the glTF ("/meshes/0/primitives/1"), a part name, or empty; `hint` is a
-/// suggestion, or empty. All three may contain names from files verbatim. A text of more than 8,000
-/// bytes is cut there and ends in "…".
+/// suggestion, or empty. All three may contain names from files verbatim. A text is cut after 8,000
+/// bytes and then ends in "…".
 class Error : public std::runtime_error {
   public:
     Error(ErrorKind kind, Text what, Text where = {}, Text hint = {});
@@ -35,13 +35,12 @@ class Error : public std::runtime_error {
     const std::string& where() const noexcept { return where_.str(); }
     const std::string& hint() const noexcept { return hint_.str(); }
 
-    /// Return the texts with their parameters as Parameter values, so that programs can substitute
-    /// their own names.
+    /// Return the texts with Parameter values in them, so that programs can substitute their own
+    /// names for the parameters.
     const Text& whatText() const noexcept { return what_; }
     const Text& whereText() const noexcept { return where_; }
     const Text& hintText() const noexcept { return hint_; }
 
-    /// Returns the same error with another `where`.
     Error at(Text where) const { return {kind_, what_, std::move(where), hint_}; }
 
   private:

@@ -27,19 +27,18 @@ std::shared_ptr<const Scene> readScene(const std::filesystem::path& path,
 /// .exr (plain, or `options.layout`), "deep" .exr, composites as .exr, .png, .jpg, .tif, pages as
 /// .html. The file appears under its name when finish() returns; if the sink is destroyed earlier,
 /// no file is left. Throws Error (kUsage), with the list of choices, if the extension or a name in
-/// the options is unknown. begin() and write() throw Error (kOutput).
+/// the options is unknown. begin() and write() throw Error (kOutput) if writing fails.
 std::unique_ptr<Sink> openFile(const std::string& path, const OutputOptions& options = {});
 
-/// A layered picture in memory.
 struct StoredLayers {
-    Plan plan;  ///< the view, layers and fragment counts
+    Plan plan;
     LayeredImage image;
     Provenance provenance;
-    std::vector<Text> warnings{};  ///< warnings about the file's header and data
+    std::vector<Text> warnings{};  ///< about the file's header and data
 };
 
 /// Reads layered files in any layout, deep files, and flat pictures as one layer. Throws Error
-/// (kInput) if the file is invalid, Error (kUsage) if it lacks the requested part or view.
+/// (kInput) if the file is invalid, Error (kUsage) if the file lacks the requested part or view.
 StoredLayers readLayers(const std::string& path, const LayeredReadOptions& options = {});
 
 /// Writes layers to a file in any format of openFile().

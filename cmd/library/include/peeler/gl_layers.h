@@ -13,22 +13,22 @@
 
 namespace peeler::inline v0 {
 
-/// The layers of a band of rows as names of GL buffers. The buffers hold the arrays of the band's
+/// The layers of a band of rows in GL buffers. The buffers hold the arrays of the band's
 /// LayeredImage: pixel p, row by row from the top of `window`, has the fragments [offsets[p],
-/// offsets[p + 1]), front to back, coincident ones in draw order. A buffer may be larger than its
-/// array, and is never of size 0.
+/// offsets[p + 1]), front to back; coincident fragments are in draw order. A buffer may be larger
+/// than its array, and never has size 0.
 struct GlLayers {
-    Window window;                ///< the band, as wide as the crop; empty after the last band
-    std::uint32_t fragments = 0;  ///< number of fragments of the band
-    std::uint32_t layers = 0;     ///< largest number of fragments of a pixel
+    Window window;  ///< the band, as wide as the crop; empty after the last band
+    std::uint32_t fragments = 0;
+    std::uint32_t layers = 0;  ///< largest number of fragments in a pixel
     PixelType color_type = PixelType::kHalf;
     bool tinted = false;   ///< whether opacity is coloured (LayeredImage::tinted)
-    unsigned counts = 0;   ///< uint for each pixel: its number of fragments
-    unsigned offsets = 0;  ///< uint for each pixel: index of its first fragment; then the end
-    unsigned depths = 0;   ///< float for each fragment: camera Z, positive in front, scene units
-    /// Halfs or floats for each fragment: R, G, B, A, linear Rec. 709, premultiplied; with coloured
-    /// opacity R, G, B, A, AR, AG, AB and an unused one. Without it, the buffer can be read as
-    /// texels of format GL_RGBA16F or GL_RGBA32F.
+    unsigned counts = 0;   ///< one uint per pixel: number of fragments
+    unsigned offsets = 0;  ///< one uint per pixel: index of the first fragment; then the total
+    unsigned depths = 0;   ///< one float per fragment: camera Z, positive in front, scene units
+    /// Halfs or floats per fragment, linear Rec. 709, premultiplied: R, G, B, A or, with coloured
+    /// opacity, R, G, B, A, AR, AG, AB and one unused value. Without coloured opacity, the buffer
+    /// can be read as texels of format GL_RGBA16F or GL_RGBA32F.
     unsigned colors = 0;
 
     /// Returns the bytes from one fragment's colour to the next.

@@ -19,8 +19,8 @@ struct GltfOptions {
     bool strict = false;
     /// Allows URIs to leave the scene's folder: absolute paths, "..", symbolic links.
     bool allow_outside = false;
-    /// Whether to read KHR_materials_transmission and KHR_materials_volume. If false, every surface
-    /// follows its alpha mode alone.
+    /// Whether to read KHR_materials_transmission and KHR_materials_volume. If false, the opacity
+    /// of every surface depends only on its alpha mode.
     bool transmission = true;
     /// Names of unsupported extensions that are ignored even if the file requires them. A texture
     /// whose only image needs one of these extensions is left out, with a warning.
@@ -29,10 +29,10 @@ struct GltfOptions {
     std::uint64_t max_file_bytes = std::uint64_t{2} << 30;
     /// Limit for each image, decoded to RGBA.
     std::uint64_t max_image_bytes = std::uint64_t{1} << 30;
-    /// Maximum number of bytes of all vertices and indices in memory. Many primitives of a small
-    /// file may share the same bytes, so the file sizes do not limit this total.
+    /// Maximum number of bytes of all vertices and indices in memory. Primitives may share bytes of
+    /// the file, so a small file may need much memory.
     std::uint64_t max_geometry_bytes = std::uint64_t{16} << 30;
-    int max_image_dimension = 16384;  ///< maximum width and height, pixels
+    int max_image_dimension = 16384;  ///< pixels
     /// Data that would exceed the budget is refused (kMemory) before it is allocated.
     MemoryBudget memory{};
 

@@ -9,7 +9,7 @@
 
 namespace peeler::inline v0 {
 
-/// A sink that joins all bands into `image`. After finish() the window of `image` is the crop.
+/// A sink that joins all bands into `image`. After finish(), the window of `image` is the crop.
 class ImageSink final : public Sink {
   public:
     /// Throws Error (kMemory) if the picture has 2^32 fragments or more, because offsets have 32
@@ -22,7 +22,7 @@ class ImageSink final : public Sink {
     LayeredImage image;
 
   private:
-    std::size_t fragments_ = 0, pixels_ = 0;  // totals expected from the plan
+    std::size_t fragments_ = 0, pixels_ = 0;  // totals in the plan
 };
 
 }  // namespace peeler::inline v0

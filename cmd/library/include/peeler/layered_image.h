@@ -42,12 +42,11 @@ struct FragmentArray {
     }
 };
 
-/// The channel names of a colour in OpenEXR: premultiplied colour, alpha, and for coloured opacity
+/// The channel names of a colour in OpenEXR: premultiplied colour, alpha and, for coloured opacity,
 /// the alpha of each colour channel. With coloured opacity, A is the mean of AR, AG and AB.
 inline constexpr std::array kColorNames = {"R", "G", "B", "A", "AR", "AG", "AB"};
 inline constexpr std::size_t kPlainComponents = 4, kTintedComponents = 7;
 
-/// Returns the number of colour components, including AR, AG and AB if `tinted`.
 inline constexpr std::size_t colorComponents(bool tinted) {
     return tinted ? kTintedComponents : kPlainComponents;
 }
@@ -56,26 +55,24 @@ inline std::vector<std::string> colorNames(bool tinted) {
     return {kColorNames.begin(), kColorNames.begin() + colorComponents(tinted)};
 }
 
-/// The fragment index for "no fragment".
 inline constexpr std::uint32_t kNoFragment = 0xFFFFFFFFU;
 
 /// Per-pixel fragment lists in CSR form: pixel p (row-major inside `window`) owns the fragments
-/// [offsets[p], offsets[p + 1]), front to back, coincident ones in draw order. Serves as a deep
-/// image, as a layered depth image (layer k consists of the k-th fragments of all pixels that have
-/// one), as a set of ray hits, and as a band of rows.
+/// [offsets[p], offsets[p + 1]), front to back; coincident fragments are in draw order. Represents
+/// a deep image, a layered depth image (layer k holds the k-th fragment of every pixel), a set of
+/// ray hits, or a band of rows.
 struct LayeredImage {
     Window window;
     std::vector<std::uint32_t> offsets;  ///< window.pixels() + 1 entries, offsets[0] = 0
     std::vector<float> z;                ///< camera Z, positive in front, scene units
-    /// R,G,B,A, or with coloured opacity R,G,B,A,AR,AG,AB (colorNames); linear Rec. 709,
-    /// premultiplied; half or float. Empty for ray hits, except with HitMode::kSloped: then
-    /// dDepth.X and dDepth.Y (float), the change in buffer depth from one pixel's ray to the next,
-    /// y up.
+    /// R,G,B,A or, with coloured opacity, R,G,B,A,AR,AG,AB (colorNames); linear Rec. 709,
+    /// premultiplied; half or float. Empty for ray hits, except with HitMode::kSloped: then the
+    /// components are dDepth.X and dDepth.Y (float), the change in buffer depth from one pixel's
+    /// ray to the next, y up.
     FragmentArray color;
-    std::vector<FragmentArray> extra;  ///< one array for each other requested channel
+    std::vector<FragmentArray> extra;  ///< one array per channel other than colour and Z
 
     std::size_t fragments() const { return z.size(); }
-    /// Whether opacity is coloured (`color` has AR, AG and AB).
     bool tinted() const { return color.components() == kTintedComponents; }
     std::size_t pixelIndex(int x, int y) const {
         return static_cast<std::size_t>(y - window.y0) * static_cast<std::size_t>(window.width()) +
@@ -84,7 +81,7 @@ struct LayeredImage {
     std::uint32_t count(std::size_t pixel) const { return offsets[pixel + 1] - offsets[pixel]; }
 };
 
-/// A view of one component of `LayeredImage::extra`. The image must outlive it.
+/// A view of one component of `LayeredImage::extra`. The image must outlive the view.
 class FragmentChannel {
   public:
     FragmentChannel() = default;
@@ -93,11 +90,10 @@ class FragmentChannel {
 
     explicit operator bool() const { return array_ != nullptr; }
     PixelType type() const { return array_->type; }
-    /// Returns the stored value of a fragment, pixelTypeSize(type()) bytes.
     const std::byte* data(std::size_t fragment) const;
-    /// Returns the value of a fragment. The channel must have type uint.
+    /// Returns the value of a fragment in a channel of type uint.
     std::uint32_t id(std::size_t fragment) const;
-    /// Returns the value of a fragment as float; uint values are rounded.
+    /// Returns the value of a fragment; uint values are rounded to float.
     float value(std::size_t fragment) const;
 
   private:

@@ -45,7 +45,7 @@ struct Clearcoat {
     float factor = 0, roughness = 0;
     TextureRef texture;            ///< linear; R channel
     TextureRef roughness_texture;  ///< linear; G channel
-    TextureRef normal_texture;     ///< linear; without it, the geometric normal is used
+    TextureRef normal_texture;     ///< linear; without it, clearcoat uses the geometric normal
     float normal_scale = 1;
 };
 
@@ -83,8 +83,8 @@ struct Transmission {
     glm::vec3 attenuation_color{1};  ///< the colour of white light after `attenuation_distance`
 };
 
-/// KHR_materials_pbrSpecularGlossiness, in place of metallic-roughness. Diffuse colour and alpha,
-/// and their texture, are in base_color and base_color_texture.
+/// KHR_materials_pbrSpecularGlossiness, which replaces metallic-roughness. The diffuse colour, its
+/// alpha and its texture are in base_color and base_color_texture.
 struct SpecularGlossiness {
     glm::vec3 specular{1};
     float glossiness = 1;

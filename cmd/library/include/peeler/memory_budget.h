@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The memory budget, and its source.
+// The memory budget.
 #pragma once
 
 #include <cstdint>
@@ -22,10 +22,11 @@ struct MemoryBudget {
     // NOLINTNEXTLINE(google-explicit-constructor)
     operator std::uint64_t() const { return bytes; }
 
-    /// Returns the text for Error::where() when the budget is exceeded: "`memory` 512M", or the
+    /// Returns the text for Error::where() if the budget is exceeded: "`memory` 512M", or the
     /// source.
     Text where() const;
-    /// Returns the hint for an Error in a task that needs `needed` bytes, more than the budget.
+    /// Returns the hint for an Error. `needed` is the number of bytes for a task, which exceeds the
+    /// budget.
     Text hint(std::uint64_t needed) const;
 
     std::uint64_t bytes;

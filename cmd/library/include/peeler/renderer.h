@@ -23,16 +23,16 @@
 
 namespace peeler::inline v0 {
 
-/// A scene and its pose. Once a Renderer has used a scene, the scene must not change, because the
-/// Renderer caches it. Make a new Scene for every change.
+/// A scene and its pose. Do not change the scene after a Renderer has used it, because the Renderer
+/// caches it. Make a new Scene for every change.
 struct Shown {
     std::shared_ptr<const Scene> scene;
     int index = -1;  ///< index into Scene::scenes; −1 = Scene::default_scene
     /// Animations to play, as indices into Scene::animations; empty = at rest.
     std::vector<int> animations{};
     double time = 0;  ///< seconds
-    /// Coloured opacity (LayeredImage::tinted) if the scene has coloured glass. If false, glass has
-    /// a single alpha.
+    /// Coloured opacity (LayeredImage::tinted) if the scene has coloured glass. If false, the
+    /// opacity of glass is a single alpha.
     bool colored_glass = true;
 };
 
@@ -50,8 +50,8 @@ CaptureSettings raySettings();
 /// The choice of a Renderer's device, and its memory limit.
 struct RendererOptions {
     std::string backend = "auto";  ///< "egl", "osmesa", or "auto" (the first of these that works)
-    /// A GPU from the list of `peeler devices`: "3", "cuda:1", "uuid:8932f937"; "" = the first that
-    /// works, or the CPU if no GPU does.
+    /// A GPU in the list of `peeler devices`: "3", "cuda:1", "uuid:8932f937"; "" = the first GPU
+    /// that works or, if none works, the CPU.
     std::string device;
     bool require_gpu = false;  ///< whether to throw an Error instead of falling back to the CPU
     /// Maximum number of bytes by which a call may increase the memory of the process; 0 = no
@@ -61,35 +61,34 @@ struct RendererOptions {
     /// set, the Renderer borrows the context that is current in its constructor instead of creating
     /// one. The context must be OpenGL 4.5 core. The constructor throws Error (kUsage) if no
     /// context is current, and Error (kDevice) if the context cannot be used. The same context must
-    /// be current during every call, on whichever thread; calls that render throw Error (kUsage)
-    /// otherwise. If it is not current in the destructor, the Renderer's GL objects stay in the
-    /// context.
+    /// be current during every call, on any thread; otherwise, calls that render throw Error
+    /// (kUsage). If the context is not current in the destructor, the Renderer's GL objects stay in
+    /// the context.
     ///
-    /// A call sets all GL state that it depends on and restores the previous state, even if it
-    /// throws. Sinks and progress functions run with peeler's state and must leave or restore it.
-    /// Calls throw Error (kUsage) while an occlusion, counting or timer query, conditional
-    /// rendering, or unpaused transform feedback is active, because these cannot be restored. A
-    /// call cannot restore some bindings: a program or pipeline that was deleted while in use, and
-    /// a texture or buffer that another context deleted while it was bound here. Pending GL errors
-    /// move to takePendingErrors(). The debug callback of the context's owner gets the messages
-    /// that peeler's calls cause. State of extensions that peeler does not know must have its
-    /// initial value.
+    /// A call sets all GL state that it depends on and restores the previous state, even if the
+    /// call throws. Sinks and progress functions run with peeler's state and must leave or restore
+    /// it. Calls throw Error (kUsage) while an occlusion, counting or timer query, conditional
+    /// rendering, or unpaused transform feedback is active, because a call cannot restore them. A
+    /// call cannot restore some bindings either: a program or pipeline that was deleted while in
+    /// use, and a texture or buffer that another context deleted while it was bound here. Pending
+    /// GL errors move to takePendingErrors(). The debug callback of the context's owner gets the
+    /// messages that peeler's calls cause. State of extensions that peeler does not know must have
+    /// its initial value.
     void* (*adopt)(const char* function) = nullptr;
 };
 
-/// The rasteriser that finds ray hits.
 enum class RayEngine : std::uint8_t {
-    kAuto,  ///< GL if there is a GPU, or if RendererOptions choose a device; else the CPU
-    kCpu,   ///< the CPU rasteriser, which needs no GL
+    kAuto,  ///< GL if there is a GPU or RendererOptions choose a device; else the CPU
+    kCpu,   ///< CPU rasteriser, which needs no GL
     kGl
 };
 
 /// Captures pictures of scenes, one call at a time. May be used from any thread; concurrent calls
 /// wait for each other. GL objects are created on first use, and the last captured scene stays
-/// uploaded. The Renderer's GL context is current on a thread of its own, so the caller's context
-/// is never touched. A call blocks until its work is done and calls the progress function on the
-/// caller's thread, every few hundredths of a second. The Renderer stays usable after an error or a
-/// cancelled call.
+/// uploaded. Without RendererOptions::adopt, the Renderer's GL context is current on the Renderer's
+/// own thread, and the caller's context is never touched. A call blocks until its work is done and
+/// calls the progress function on the caller's thread, every few hundredths of a second. The
+/// Renderer stays usable after an error or a cancelled call.
 class Renderer {
   public:
     explicit Renderer(const RendererOptions& options = {});
@@ -117,7 +116,8 @@ class Renderer {
                              const CaptureSettings& settings = {}, const Progress& progress = {});
 
     /// Writes the picture into a sink, band by band. Calls begin(), write() and finish() of the
-    /// sink on the Renderer's thread. Throws like layers(), and passes on the sink's exceptions.
+    /// sink on the Renderer's thread, or on the calling thread if the context is borrowed. Throws
+    /// like layers(), and passes on the sink's exceptions.
     Plan capture(const Shown& shown, const View& view, const CaptureSettings& settings, Sink& sink,
                  const Progress& progress = {});
 
@@ -143,9 +143,9 @@ class Renderer {
     GlLayers glLayers(const Shown& shown, const View& view, const CaptureSettings& settings = {},
                       const Progress& progress = {});
 
-    /// Returns the next band of glLayers(); after the last one, a band with an empty window. Throws
-    /// Error (kUsage) if another call has rendered since, or has thrown. Otherwise throws like
-    /// layers().
+    /// Returns the next band of glLayers() or, after the last band, a band with an empty window.
+    /// Throws Error (kUsage) if another call has rendered or thrown since glLayers(). Otherwise
+    /// throws like layers().
     GlLayers nextGlLayers(const Progress& progress = {});
 
     /// Returns all hits of a bundle of rays. Z is camera Z. For parallel rays, camera Z is the

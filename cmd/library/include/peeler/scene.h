@@ -44,14 +44,14 @@ struct Image {
 /// and +X a quarter of the width to the left of the centre.
 struct Environment {
     int width = 0, height = 0;
-    std::vector<glm::vec3> radiance;  ///< radiance of the pixels; finite, not negative
+    std::vector<glm::vec3> radiance;  ///< per pixel; finite, not negative
     double rotation = 0;              ///< radians about +Y; positive turns +Z toward +X
     std::uint64_t content_hash = 0;
     /// Whether this is the built-in environment, whose maps are part of the program.
     bool is_studio = false;
 };
 
-/// Up to four joints per vertex, and their weights (JOINTS_n, WEIGHTS_n).
+/// Up to four joints per vertex, and the joints' weights (JOINTS_n, WEIGHTS_n).
 struct JointSet {
     std::vector<glm::u16vec4> joints;  ///< indices into Skin::joints
     std::vector<glm::vec4> weights;    ///< the weights of a vertex over all sets should add up to 1
@@ -64,20 +64,20 @@ struct MorphTarget {
     std::vector<glm::vec4> colors{};
 };
 
-/// The location of a primitive in its file, for code that adds data to the file.
+/// The location of a primitive in its file, used to add data to the file.
 struct PrimitiveSource {
-    std::size_t primitive = 0;  ///< index within the mesh of the file
-    /// Index of the first vertex that is kept, among the file's vertices.
+    std::size_t primitive = 0;  ///< index within the mesh in the file
+    /// Index in the file of the first vertex that is kept.
     std::size_t first_vertex = 0;
     std::size_t vertices = 0;  ///< number of vertices in the file, after decoding
 };
 
-/// A draw primitive: vertex arrays of equal length (empty if the file lacks one) and an index list
+/// A draw primitive: vertex arrays of equal length (empty if missing in the file) and an index list
 /// (empty = the vertices in order). Readers check that every index is in range.
 struct Primitive {
     Topology topology = Topology::kTriangles;
     int material = 0;  ///< index into Scene::materials, always valid
-    /// Per variant (Scene::variants), the index of its material; −1 = `material`.
+    /// The material's index for each of Scene::variants; −1 = `material`.
     std::vector<int> variants;
     std::vector<glm::vec3> positions;
     std::vector<glm::vec3> normals;
@@ -91,18 +91,17 @@ struct Primitive {
     PrimitiveSource source{};
 };
 
-/// A set of primitives that nodes place together.
 struct Mesh {
     std::string name;
     std::vector<Primitive> primitives;
-    std::vector<double> weights{};  ///< morph target weights at rest; empty = zeros
+    std::vector<double> weights{};  ///< at rest; empty = zeros
 };
 
 /// A skin (glTF 2.0 §3.7.3).
 struct Skin {
     std::string name;
     std::vector<int> joints;  ///< indices of the joints' nodes, at least one
-    /// Per joint: the transform from mesh space to joint space at rest.
+    /// The transform from mesh space to joint space at rest, one per joint.
     std::vector<glm::dmat4> inverse_bind;
 };
 
@@ -120,7 +119,8 @@ struct Camera {
 
 enum class LightType : std::uint8_t { kDirectional, kPoint, kSpot };
 
-/// A punctual light (KHR_lights_punctual). Shines along −Z of its node, whose scale has no effect.
+/// A punctual light (KHR_lights_punctual). Shines along −Z of its node; the node's scale has no
+/// effect.
 struct Light {
     std::string name;
     LightType type = LightType::kDirectional;
@@ -134,7 +134,7 @@ struct Light {
 /// A node transform as glTF animates it: matrix() = translation · rotation · scale.
 struct Trs {
     glm::dvec3 translation{0};
-    glm::dquat rotation{1, 0, 0, 0};  ///< quaternion of any length; all zeros mean no rotation
+    glm::dquat rotation{1, 0, 0, 0};  ///< of any length; all zeros = no rotation
     glm::dvec3 scale{1};
 
     glm::dmat4 matrix() const;
@@ -144,14 +144,15 @@ struct Trs {
 struct Node {
     std::string name;
     std::vector<int> children;
-    glm::dmat4 local{1};     ///< transform relative to the parent, at rest
-    std::optional<Trs> trs;  ///< parts of `local`; none = only a matrix, which cannot be animated
+    glm::dmat4 local{1};  ///< relative to the parent, at rest
+    /// The parts of `local`; none = `local` is given as a matrix, which cannot be animated.
+    std::optional<Trs> trs;
     int mesh = -1;
     int skin = -1;  ///< index of the skin that deforms the mesh; replaces the node's transform
     int camera = -1;
     int light = -1;
     bool visible = true;  ///< false hides the meshes and lights of the node and its descendants
-    std::optional<std::vector<double>> weights;  ///< morph target weights that replace the mesh's
+    std::optional<std::vector<double>> weights;  ///< replace the mesh's morph target weights
     /// EXT_mesh_gpu_instancing: the transform of each instance, relative to the node; none = a
     /// single instance at the node.
     std::optional<std::vector<glm::dmat4>> instances;
@@ -164,7 +165,7 @@ enum class Interpolation : std::uint8_t { kStep, kLinear, kCubicSpline };
 /// Values over time: a glTF animation sampler (glTF 2.0 §3.11).
 struct Keyframes {
     Interpolation interpolation = Interpolation::kLinear;
-    std::vector<float> times;  ///< times in seconds, never decreasing; at least one
+    std::vector<float> times;  ///< seconds, never decreasing; at least one
     /// One value per time; for kCubicSpline three: in-tangent, value, out-tangent.
     std::vector<float> values;
 };
@@ -172,7 +173,6 @@ struct Keyframes {
 /// The node properties that an animation can change.
 enum class AnimatedProperty : std::uint8_t { kTranslation, kRotation, kScale, kWeights };
 
-/// Keyframes applied to a property of a node.
 struct AnimationChannel {
     std::size_t keyframes = 0;  ///< index into Animation::keyframes
     int node = 0;
@@ -192,7 +192,7 @@ struct SceneRoots {
     glm::dmat4 to_world{1};  ///< transform of the roots; readers leave it at identity
 };
 
-/// The content of a scene file. Nodes, meshes and the like refer to each other by index; all
+/// The content of a scene file. Nodes, meshes and other objects refer to each other by index; all
 /// indices are in range.
 struct Scene {
     std::vector<SceneRoots> scenes;  ///< at least one
@@ -205,16 +205,16 @@ struct Scene {
     std::vector<Light> lights;
     std::vector<Skin> skins;
     std::vector<Animation> animations;
-    std::vector<std::string> variants;       ///< names of the variants (KHR_materials_variants)
+    std::vector<std::string> variants;  ///< names of the material variants (KHR_materials_variants)
     std::optional<Environment> environment;  ///< replaces the built-in light
 
     std::string generator, copyright;
     std::vector<std::string> extensions_used, extensions_required;
-    std::uint64_t content_hash = 0;  ///< hash of all bytes that were read
-    /// Files that the scene file refers to (buffers, images) and that readers may read, whether or
-    /// not they were read.
+    std::uint64_t content_hash = 0;  ///< of all bytes that were read
+    /// Files that the scene file refers to (buffers, images), including files that do not exist.
+    /// Omits files outside the scene's folder unless GltfOptions::allow_outside is set.
     std::vector<std::filesystem::path> files;
-    std::vector<Text> warnings;  ///< warnings in whole sentences, without duplicates
+    std::vector<Text> warnings;  ///< whole sentences, without duplicates
 };
 
 /// An axis-aligned box in world space.
@@ -223,8 +223,8 @@ struct Bounds {
 };
 
 /// Throws Error (kUsage) if the scene is invalid: an index out of range, vertex arrays of unequal
-/// length, a node with two parents. A Renderer checks every scene it is given. Scenes from readers
-/// are valid.
+/// length, a node with two parents. A Renderer calls this function for every scene. Scenes from
+/// readers are valid.
 void checkScene(const Scene& scene);
 
 /// Returns a node's name, or "node 12" if it has no name.
@@ -233,16 +233,16 @@ std::string nodeName(const Scene& scene, std::size_t node);
 /// Returns the nodes without a parent, in order.
 std::vector<int> rootsOf(const std::vector<Node>& nodes);
 
-/// Gives every primitive the material for a variant (an index into Scene::variants).
+/// Sets every primitive's material to that of a variant (an index into Scene::variants).
 void chooseVariant(Scene& scene, std::size_t variant);
 
-/// The names of objects and materials. Index i, which is also the index in the glTF file, has id i
-/// + 1. No fragment has id 0.
+/// The names of objects and materials. The object or material with index i (also in the glTF file)
+/// has id i + 1. Id 0 is unused.
 struct IdNames {
-    std::vector<std::string> objects;  ///< names of the objects, one per node
+    std::vector<std::string> objects;  ///< names of the nodes
     /// Names of the materials; the last is glTF's default material.
     std::vector<std::string> materials;
-    /// The id of each object's parent, 0 = no parent. Empty if unknown.
+    /// The id of each object's parent; 0 = no parent. Empty = unknown.
     std::vector<std::uint32_t> parents{};
 
     bool empty() const { return objects.empty() && materials.empty(); }

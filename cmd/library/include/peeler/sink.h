@@ -23,24 +23,25 @@ struct LayerPlan {
     std::uint64_t pixels = 0;
 };
 
-/// The result of the count pass: everything a writer needs in order to open its file.
+/// The result of the count pass: all that a writer needs to open its file.
 struct Plan {
     View view;
     std::vector<LayerPlan> layers;  ///< the layers that will be stored, front to back
     /// Fragments found by the count pass, before the layer limit.
     std::uint64_t fragments_counted = 0;
     std::uint64_t fragments_stored = 0;  ///< fragments within the layer limit
-    /// Fragments beyond the layer limit that a composite blends.
+    /// Fragments beyond the layer limit that the tail of a composite blends.
     std::uint64_t fragments_blended = 0;
     PixelType color_type = PixelType::kHalf;
     bool tinted = false;            ///< whether opacity is coloured (LayeredImage::tinted)
     std::size_t channel_bytes = 0;  ///< bytes per fragment besides colour and Z
-    /// The extra arrays of bands, without data. Empty if bands lack them, or if they are unknown.
+    /// The extra arrays of bands, without data. Empty if there are no extra arrays, or if they are
+    /// unknown.
     std::vector<FragmentArray> channels{};
-    /// Number of sub-pixel samples per pixel. If it exceeds 1, fragments are counted after merging.
+    /// Number of sub-pixel samples per pixel. If there are several, fragments are counted after
+    /// merging.
     int samples = 1;
 
-    /// Whether all counted fragments are stored.
     bool complete() const { return fragments_counted == fragments_stored; }
 };
 
@@ -50,55 +51,55 @@ struct StoredAttribute {
     std::vector<std::byte> value;
 };
 
-/// The provenance of a picture: the `peeler:` attributes other than plan and view.
+/// The provenance of a picture: the `peeler:` attributes, except those for the plan and the view.
 struct Provenance {
     std::string version{}, method{}, surfaces{};
-    std::string scene{};  ///< the scene's file name, without folder
+    std::string scene{};  ///< file name without folder
     std::string scene_hash{}, settings_hash{};
     /// The settings that change pixels, as a JSON object; settings_hash is its hash. "" = unknown.
     std::string settings{};
     /// A hash of everything that determines the file's content, so that an unchanged file need not
     /// be rendered again; "" = not reproducible by one command.
     std::string output_hash{};
-    std::string renderer{};    ///< the string GL_RENDERER
-    std::string deep_merge{};  ///< how deep samples were merged; "" = not merged
+    std::string renderer{};    ///< GL_RENDERER
+    std::string deep_merge{};  ///< method of merging deep samples; "" = not merged
     std::string tile{};        ///< "2/7": the second of seven strips; "" = not a tile
-    /// The elements that were merged, as a JSON array (formats/README.md, "Attributes"); "" = none.
+    /// The merged elements as a JSON array (formats/README.md, "Attributes"); "" = none.
     std::string elements{};
     int frame = 0;
-    std::optional<int> view{};     ///< number of one of many views, by default from 0
+    std::optional<int> view{};     ///< number of the view, if there are several; by default from 0
     double time = 0;               ///< seconds
     double frames_per_second = 0;  ///< 0 = unknown or not an animation
-    IdNames ids{};  ///< names of objects and materials; empty if fragments have no ids
+    IdNames ids{};                 ///< empty if fragments have no ids
     /// Attributes from another program's OpenEXR file, copied to OpenEXR output.
     std::vector<StoredAttribute> carried{};
 };
 
-/// The memory that a sink needs besides its current band. The capture reserves this memory within
-/// its budget.
+/// The memory that a sink needs in addition to its current band. The capture reserves this memory
+/// within its budget.
 struct SinkMemory {
     int rows = 0;                      ///< rows of fragments kept from one band to the next
-    std::uint64_t bytes = 0;           ///< fixed number of bytes, independent of the bands
+    std::uint64_t bytes = 0;           ///< independent of the bands
     std::uint64_t pixel_bytes = 0;     ///< bytes per pixel, for the kept rows and the current band
     std::uint64_t fragment_bytes = 0;  ///< bytes per fragment of the current band
-    int bands = 0;                     ///< bands that the sink keeps while the next one is made
+    int bands = 0;  ///< bands that the sink still holds while the next band is made
 };
 
-/// A consumer of a picture's bands. Bands arrive top to bottom without gaps, each as wide as the
-/// crop, and together they cover the crop. A Sink destroyed before finish() leaves no output
-/// behind.
+/// A consumer of a picture's bands. Bands arrive top to bottom without gaps. Each band is as wide
+/// as the crop, and together the bands cover the crop. A Sink destroyed before finish() leaves no
+/// output behind.
 class Sink {
   public:
     virtual ~Sink() = default;
     /// Called once, before the first band.
     virtual void begin(const Plan& plan) = 0;
     /// Consumes a band, which the sink may keep or change. The sink may leave storage in `band`,
-    /// for example the storage of an earlier band; the caller reuses it.
+    /// for example the storage of an earlier band; the caller reuses the storage.
     virtual void write(LayeredImage&& band) = 0;
     /// Called once, after the last band. When it returns, the output is complete.
     virtual void finish() = 0;
     /// Returns the memory that the sink will need for a picture. The result depends on the plan
-    /// alone, so that memory() can be called before begin(), which may create a file.
+    /// alone, so memory() can be called before begin(), which may create a file.
     virtual SinkMemory memory(const Plan&) const { return {}; }
     /// Returns the time spent in each stage of the sink: "composite", "encode", "write".
     virtual StageTimes times() const { return {}; }

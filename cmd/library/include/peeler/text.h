@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Text of errors and warnings with marked parameter names, which the command line and Python
-// replace by their own names.
+// replace by the names of their options and arguments.
 #pragma once
 
 #include <cstddef>
@@ -16,7 +16,7 @@
 
 namespace peeler::inline v0 {
 
-/// A field, argument or function of the API that errors and warnings refer to.
+/// A field, argument or function of the API that messages refer to.
 enum class Parameter : std::uint8_t {
     kAllowOutside,
     kAnimations,
@@ -76,16 +76,16 @@ enum class Parameter : std::uint8_t {
     kUp,
     kUvSet,
     kView,
-    kCount,  ///< the number of parameters
+    kCount,
 };
 
 /// Returns the parameter's name in the C++ API: "max_layers".
 std::string_view nameOf(Parameter parameter);
 
 /// The text of a message: words with parameters between them. As a string, each parameter is its
-/// C++ name in backquotes: "choose a smaller `size`". spelled() replaces these names by others
-/// (options, Python arguments). It does not replace words that merely look like a parameter, such
-/// as a file's name.
+/// C++ name in backquotes: "choose a smaller `size`". spelled() replaces the parameters by other
+/// names (options, Python arguments), but does not touch words that merely look like a parameter,
+/// such as a file's name.
 class Text {
   public:
     Text() = default;
@@ -100,7 +100,7 @@ class Text {
     bool empty() const { return text_.empty(); }
 
     Text& operator+=(const Text& other);
-    /// Returns the text without its last character if that is `last`.
+    /// Returns the text without the last character if the last character is `last`.
     Text withoutEnd(char last) const;
 
     /// Calls `words(part)` and `named(parameter)` for the pieces of the message, in order.
@@ -116,7 +116,7 @@ class Text {
     };
 
     std::string text_;
-    std::vector<Named> named_;  ///< the parameters in the order of their positions
+    std::vector<Named> named_;  ///< in the order of their positions
 };
 
 inline Text operator+(Text first, const Text& second) {

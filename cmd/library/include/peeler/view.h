@@ -15,8 +15,8 @@
 namespace peeler::inline v0 {
 
 /// Returns the camera-to-world matrix of a camera or light at `eye` that looks along `forward`,
-/// with `up` upwards in the picture. Returns nothing if `forward` and `up` are parallel or one of
-/// them has length 0.
+/// with `up` upwards in the picture. Returns nothing if `forward` and `up` are parallel, or if the
+/// length of either is 0.
 std::optional<glm::dmat4> lookAlong(const glm::dvec3& eye, const glm::dvec3& forward,
                                     const glm::dvec3& up);
 
@@ -39,8 +39,8 @@ struct Projection {
     /// the sub-rectangle [u0, u1] × [v0, v1] of the picture. u points right, v down; both are 0–1.
     glm::dmat4 matrix(double u0 = 0, double v0 = 0, double u1 = 1, double v1 = 1) const;
 
-    /// Returns the camera Z (positive in front, scene units) of a buffer depth. Monotonic: a larger
-    /// depth never gives a larger Z.
+    /// Returns the camera Z (positive in front, scene units) of a buffer depth. Decreases
+    /// monotonically: a larger depth never gives a larger Z.
     double linearZ(double depth) const;
     /// Converts depths to camera Z in place, rounded to float.
     void toLinearZ(std::span<float> depths) const;
@@ -55,12 +55,12 @@ struct View {
     int width = 1280, height = 720;  ///< size of the display window, pixels
     Window crop;                     ///< the rendered pixels, inside the display window
     glm::dvec2 sample{0.5};          ///< position of the sample within a pixel, 0–1, y down
-    bool known = true;               ///< false if the file stores the windows but no camera
+    bool known = true;               ///< false = the file has no camera, only windows
 };
 
 /// Returns the world-space point at camera Z `z` (scene units) on the ray through (x, y). `x` and
-/// `y` are in pixels from the upper left corner of the display window, y down: the centre of pixel
-/// (i, j) is (i + 0.5, j + 0.5), and its sample is (i, j) + `view.sample`.
+/// `y` are in pixels from the upper left corner of the display window, y down. The centre of pixel
+/// (i, j) is (i + 0.5, j + 0.5), and the pixel's sample is at (i, j) + `view.sample`.
 glm::dvec3 worldPosition(const View& view, double x, double y, double z);
 
 }  // namespace peeler::inline v0

@@ -23,12 +23,11 @@ struct Window {
     bool operator==(const Window&) const = default;
 };
 
-/// Returns the intersection, which may be empty.
 inline Window intersect(const Window& a, const Window& b) {
     return {std::max(a.x0, b.x0), std::max(a.y0, b.y0), std::min(a.x1, b.x1), std::min(a.y1, b.y1)};
 }
 
-/// Returns the bounding window of `a` and `b`; an empty window is ignored.
+/// Returns the bounding window of `a` and `b`. Ignores empty windows.
 inline Window unite(const Window& a, const Window& b) {
     if (a.empty()) return b;
     if (b.empty()) return a;

@@ -8,11 +8,11 @@
 
 namespace peeler::inline v0 {
 
-/// Thrown by cancelled work. Not an Error: nothing went wrong.
+/// Thrown by cancelled work. Not an Error, because nothing went wrong.
 struct Cancelled {};
 
 /// A progress callback. Its argument is the share of work done, 0 to 1, which never decreases
-/// within a picture. An exception that it throws ends the work and is passed on to the caller.
+/// within a picture. An exception from the callback ends the work and is passed on to the caller.
 using Progress = std::function<void(double)>;
 
 /// Sets the number of threads for all work of this process; 0 = all available. Results do not
