@@ -2,7 +2,7 @@
 """Tests that decompression bombs cost little time and memory, with every verb that reads them. Bombs are small files
 that declare much data, or unpack to much data.
 
-Each row makes its own files. A run is limited to SECONDS of processor time (plus the time that the machine takes to
+Each bomb makes its own files. A run is limited to SECONDS of processor time (plus the time that the machine takes to
 allocate the memory) and to MEBIBYTES, or its --memory; its exit code must be an allowed one. Prints a table. PEELER is
 the program. With PEELER_SANITIZE (a sanitizer build) there are no limits, because most of the cost is the sanitizer's;
 with PEELER_COVERAGE (line counts) there is no time limit.
@@ -271,7 +271,7 @@ def packed(size):
 
 
 def deflated(size):
-    """Returns the same data in zlib's format."""
+    """Returns packed(size) in zlib's format."""
     return b"\x78\xda" + packed(size) + struct.pack(">I", size % 65521 << 16 | 1)
 
 
@@ -429,8 +429,8 @@ def varint(number):
     return out + bytes([number])
 
 
-# In Draco (https://google.github.io/draco/spec/), this makes a symbol decoder (rANS) with a single symbol of
-# probability 1, whose symbols take no bits at all.
+# The Draco data (https://google.github.io/draco/spec/) of a symbol decoder (rANS) with a single symbol. The symbol has
+# probability 1, so it takes no bits.
 NOTHING = bytes([1, 1]) + varint(1) + bytes([1, 64]) + varint(1) + b"\0"
 
 

@@ -1,8 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# Runs clang-format on every source file. Runs clang-tidy on the product's files in a build folder: on those that differ
-# from the last landed commit and a quarter of the others in turn, but at most half (style_units.py), or on all.
-# clang-tidy gets many files as one unit, because it would take twenty times as long one by one.
+# Runs clang-format on every source file. Runs clang-tidy on the product's files in a build folder: on a selection of
+# files (style_units.py) or, with `all`, on all. clang-tidy gets many files as one unit, because it would take twenty
+# times as long with one file at a time.
 #   sh tests/check_style.sh BUILD_FOLDER [all]
 set -eu
 cd "$(dirname "$0")/.."

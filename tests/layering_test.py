@@ -139,7 +139,7 @@ def cycles(arrows):
 
 
 def verb_rooms(source):
-    """Returns the rooms of the verbs, which are named after them: cmd/rays for cmd/rays.cpp."""
+    """Returns the rooms of the verbs. A room has the name of its verb's source: cmd/rays for cmd/rays.cpp."""
     return [room for room in rooms(source) if (source / f"{room}.cpp").is_file()]
 
 

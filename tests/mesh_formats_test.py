@@ -360,7 +360,7 @@ class OtherPrograms(Scratch):
             found = self.counts(path)
             again = open3d.io.read_triangle_mesh(str(path))
             self.assertEqual(found[0], len(again.triangles), name)
-            # Text files have six digits; binary files have the same bits as ours.
+            # Text files have six digits; binary files keep every bit.
             if name in ("e.ply", "e.stl"):
                 self.assertEqual(found[1:], whole[1:], name)
 

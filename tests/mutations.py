@@ -9,7 +9,7 @@ tokens give the operators. The choice takes turns among rooms, files and rules. 
 
 Works on a copy of the tree in build/mutations. Runs the labels of ctest from the fastest to the slowest, each up to its
 first failure. Prints each mutation and the test that detected it, and the text of each mutation that no test detected.
-Some of these have no observable effect: inspect them. Exits with 1 if there are any.
+Inspect the undetected ones: some have no observable effect. Exits with 1 if a mutation was not detected.
 """
 
 import argparse
@@ -91,7 +91,6 @@ def of_source(path, name, folder, flags, clang):
         children = list(cursor.get_children())
         if function and begin < end:
             if cursor.kind in (kinds.BINARY_OPERATOR, kinds.COMPOUND_ASSIGNMENT_OPERATOR) and len(children) == 2:
-                # The operator is between its operands.
                 between = text[children[0].extent.end.offset:children[1].extent.start.offset]
                 spelled = between.strip().decode(errors="replace")
                 at = children[0].extent.end.offset + between.find(spelled.encode())

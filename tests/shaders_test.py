@@ -40,7 +40,7 @@ def macros(source):
 
 
 def rows(source):
-    """Returns {macro or pattern: (what sets it, its meaning)} from the README."""
+    """Returns {macro or pattern: (the files that set it, its meaning)} from the README."""
     readme = (source / "shaders/README.md").read_text(encoding="utf-8")
     found = {}
     setters = ""

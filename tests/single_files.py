@@ -5,8 +5,8 @@
 
 Compiles, without output, the files that differ from the last landed commit and the files that include them (at most 14,
 chosen at random), and as many others as SECONDS allow, in a different order at every commit. The last landed commit is
-this branch's merge base with origin/main. If that is unknown, or is the current commit, it is the thirtieth commit
-before. Skips files that the build itself compiles alone, and headers that a .cpp includes first. With `headers`,
+this branch's merge base with origin/main. If the merge base is unknown or is the current commit, the thirtieth commit
+before the current one is used instead. Skips files that the build itself compiles alone, and headers that a .cpp includes first. With `headers`,
 compiles only headers that no .cpp includes first.
 """
 
@@ -47,7 +47,7 @@ def turn_of(source):
 
 
 def commands(build):
-    """Returns {.cpp: (folder, compiler and flags)}, and those of the files that the build compiles alone."""
+    """Returns {.cpp: (folder, compiler and flags)}, and the set of files that the build compiles alone."""
     found, alone = {}, set()
     for entry in json.loads((build / "compile_commands.json").read_text()):
         words = shlex.split(entry["command"].partition(" -o ")[0])
@@ -113,8 +113,8 @@ def files_to_compile(build, source):
 
 
 def chosen_of(units, included, source):
-    """Returns (the files that are always compiled, the others in order, a text that explains the choice of the first
-    ones)."""
+    """Returns (the files that are always compiled, the others in order, a text that explains the choice of the
+    former)."""
     base, changed = different(source)
     turn = turn_of(source)
     first = sorted(file for file in units if file in changed or changed & set(included[file][:1]))

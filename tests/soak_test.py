@@ -149,8 +149,8 @@ class Soak(unittest.TestCase):
         with open(record, "wb") as file:
             file.truncate(1 << 20)
         environment = {**os.environ, "LD_PRELOAD": COUNTER, "PEELER_FAILING_RECORD": str(record), "LP_NUM_THREADS": "0"}
-        # A driver may compile or keep data in any round, so a single jump is no leak. More rounds show whether it is
-        # one.
+        # A driver may compile or keep data in any round, so a single jump may be no leak. Further rounds
+        # decide.
         for frames in (FRAMES, 4 * FRAMES):
             grown = self.render(environment, record, frames)
             if max(grown.values()) < MOST_RESIDENT_GROWTH:

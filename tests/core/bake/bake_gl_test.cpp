@@ -31,7 +31,6 @@ BakeSettings settingsOf(BakeQuantity quantity, int directions = 512) {
     return settings;
 }
 
-/// A scene, and its baked values on request.
 class Bakery {
   public:
     Bakery(const std::string& engine, const Scene& scene)
@@ -47,7 +46,6 @@ class Bakery {
         capture.memory = memory;
         return bake(*source_, receivers, settings, capture, lookup, {});
     }
-    /// Bakes at the vertices of all meshes.
     std::vector<float> atVertices(const BakeSettings& settings) {
         return (*this)(vertices_.receivers(), settings, vertices_.lookup());
     }
@@ -82,11 +80,10 @@ void box(SceneBuilder& builder, const glm::vec3& half, int material, bool inward
     }
 }
 
-/// Adds a disc parallel to the floor. Its area is that of a circle of this radius.
+/// Adds a polygon parallel to the floor. Its area is that of a circle of this radius.
 void disc(SceneBuilder& builder, float height, double radius, int material) {
     constexpr int kSides = 90;
     const double wedge = 2 * kPi / kSides;
-    // The polygon's corners are placed so that its area is the circle's.
     const double corner = radius * std::sqrt(wedge / std::sin(wedge));
     std::vector<glm::vec3> positions;
     const auto at = [&](int i) {
@@ -162,7 +159,7 @@ TEST_P(Bake, NothingOccludesAConvexBody) {
         const auto ao = bakery.atVertices(settingsOf(BakeQuantity::kAmbientOcclusion, 256));
         SCOPED_TRACE(round ? "sphere" : "box");
         // A bundle samples facets only at its rays, so a facet may seem to extend beyond its edges.
-        // The tolerances allow this error, which is larger for the many edges of the sphere.
+        // The tolerance for this error is larger for the sphere, which has more edges than the box.
         expectAll(ao, 1, round ? 0.03 : 5e-4);
         EXPECT_GT(mean(ao), 0.998);
     }
@@ -208,8 +205,8 @@ INSTANTIATE_TEST_SUITE_P(By, UnderARoof, testing::Values("cpu", "gl"),
 
 TEST_P(UnderARoof, ADiscHidesItsFormFactor) {
     build(1, 0.75F);
-    // The unoccluded share is 1 − R² / (R² + h²), by Howell's catalogue of configuration factors,
-    // B-12.
+    // With the disc's radius R and height h, the unoccluded share is 1 − R² / (R² + h²), by
+    // Howell's catalogue of configuration factors, B-12.
     EXPECT_NEAR(value(settingsOf(BakeQuantity::kAmbientOcclusion, 1024)), 0.36, 0.01);
     // Sky visibility equals ambient occlusion here because the receiver's normal points straight
     // up.
@@ -224,7 +221,7 @@ TEST_P(UnderARoof, AnInfinitePlateHidesAll) {
 TEST_P(UnderARoof, WhatIsFartherThanTheLargestDistanceHidesNothing) {
     build(1, 0.5F);
     BakeSettings settings = settingsOf(BakeQuantity::kAmbientOcclusion, 1024);
-    settings.max_distance = 0.8;  // the rays reach only up to the disc's radius R with R² = D² − h²
+    settings.max_distance = 0.8;  // rays reach the disc only within R of its centre: R² = D² − h²
     EXPECT_NEAR(value(settings), 0.25 / 0.64, 0.01);
     settings.max_distance = 0.49;
     // On a GPU, rounded depths may let the floor occlude itself at grazing angles; hence the
@@ -240,7 +237,7 @@ TEST_P(Bake, EveryPointOfABowlSeesAsMuchOfItsOpening) {
         bowl(builder, opening, builder.material(glm::vec4(1), AlphaMode::kOpaque));
         Bakery bakery(GetParam(), builder.scene());
         std::vector<float> ao = bakery.atVertices(settingsOf(BakeQuantity::kAmbientOcclusion, 512));
-        // Skip the rim, where rays cannot tell the bowl's inside from its outside.
+        // Skip the rim, where a ray may see either side of the bowl.
         ao.erase(ao.begin(), ao.begin() + std::ptrdiff_t{2} * 129);
         const double expected = (1 - std::cos(opening)) / 2;
         EXPECT_NEAR(mean(ao), expected, 0.005);
@@ -277,8 +274,8 @@ TEST_P(Bake, BentNormalsLeanAwayFromWalls) {
     Bakery bakery(GetParam(), builder.scene());
     const Receivers receivers{{{0, 0, 0.2F}, {0, 0, -0.2F}}, {kUp, kDown}};
     const auto bent = bakery(receivers, settingsOf(BakeQuantity::kBentNormal, 1024));
-    // Over half a hemisphere, the cosine-weighted sum of directions is (2/3, π/3): across the
-    // normal and along it.
+    // Over half a hemisphere, the cosine-weighted sum of directions is 2/3 across the normal and
+    // π/3 along the normal.
     const double slope = 2 / kPi, along = 1 / std::hypot(1, slope);
     EXPECT_NEAR(bent[0], 0, 0.02);
     EXPECT_NEAR(bent[1], along, 0.02);
@@ -435,7 +432,7 @@ TEST_P(Bake, SumsOfReceiversCountUnderABudget) {
         EXPECT_NE(error.where().find("`memory`"), std::string::npos);
         EXPECT_FALSE(error.hint().empty());
     }
-    EXPECT_LT(residentBytes(), before + (16ULL << 20));  // the bake was refused before any trial
+    EXPECT_LT(residentBytes(), before + (16ULL << 20));  // refused before allocating the sums
 }
 
 }  // namespace

@@ -74,7 +74,7 @@ TEST(TexelReceivers, OfTiledOrMirroredUvsShareTexels) {
     EXPECT_EQ(tiled.receivers.size(), 128U);
     const PlacedTexels mirrored(oneMesh({quad(), quad(1, 0, 0, 1)}), {8, 0});
     EXPECT_EQ(mirrored.texels.atlases()[0].shared, 64U);
-    // Each texel is shared by both sides of the mirror and gets their mean: 0.5 everywhere.
+    // Each texel is shared by both sides of the mirror and gets the mean of both, 0.5.
     std::vector<float> values;
     for (const glm::dvec3& position : mirrored.receivers.positions)
         values.push_back(static_cast<float>(position.x));
@@ -165,8 +165,8 @@ TEST(TexelReceivers, GiveTheTexelUnderAHit) {
 }
 
 TEST(TexelCoverage, GivesEveryCentreOnAnEdgeToOneTriangle) {
-    // Triangle fans with corners on texel centres and between them. Only the outer edges are not
-    // shared, so every centre inside must be covered exactly once.
+    // Triangle fans with corners on texel centres and between texel centres. Triangles share the
+    // inner edges, so every centre inside a fan must be covered exactly once.
     const unsigned seed = 20261121;
     std::mt19937 random(seed);
     std::uniform_int_distribution<int> half(4, 60);
@@ -234,8 +234,8 @@ TEST(TexelPixels, SpreadBeyondChartsAndFillTheRestWithTheMean) {
         values.push_back(position.x < 0.999F && position.x > 0.001F ? 1.0F : 3.0F);
     const TexelAtlas& atlas = placed.texels.atlases()[0];
     const std::vector<float> pixels = placed.texels.pixels(atlas, values, 1, 2);
-    // Texels 0 to 3 have their centres in the chart, texels 4 and 15 (= −1) touch it, and texels 5,
-    // 6, 13 and 14 are dilated.
+    // Texels 0 to 3 have their centres in the chart, texels 4 and 15 (= −1) touch the chart, and
+    // texels 5, 6, 13 and 14 are dilated.
     const float mean = (4 * 1.0F + 2 * 3.0F) / 6;
     const float expected[] = {1, 1, 1, 1, 3, 3, 3, mean, mean, mean, mean, mean, mean, 3, 3, 3};
     for (std::size_t x = 0; x < 16; ++x)

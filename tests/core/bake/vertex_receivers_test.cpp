@@ -123,7 +123,7 @@ TEST(VertexReceivers, InterpolateTheCornersOfAKey) {
     for (int i = 0; i < 7; ++i)
         values.insert(values.end(), {static_cast<float>(i), 10.0F * static_cast<float>(i), 1});
     expectVector(lookup(values, 1, {0.25F, 0.5F}), {1.25F, 12.5F, 1});
-    // The corners of a strip's second triangle are 2, 1, 3 in GL: receivers 5, 4, 6.
+    // In GL, the second triangle of a strip has the corners 2, 1, 3, which are receivers 5, 4, 6.
     expectVector(lookup(values, 3, {0, 0}), {5, 50, 1});
     expectVector(lookup(values, 3, {1, 0}), {4, 40, 1});
     expectVector(lookup(values, 3, {0, 1}), {6, 60, 1});

@@ -41,7 +41,7 @@ class RandomPoints {
     } one_;
 };
 
-/// Returns triangles around the origin in all sizes and shapes, from small to long.
+/// Returns triangles of many sizes and shapes around the origin.
 Primitive soup(RandomPoints& random, int triangles) {
     Primitive p;
     for (int i = 0; i < triangles; ++i) {
@@ -54,7 +54,6 @@ Primitive soup(RandomPoints& random, int triangles) {
     return p;
 }
 
-/// Returns receivers at random positions with random normals.
 Receivers scattered(RandomPoints& random, std::size_t count) {
     Receivers receivers;
     for (std::size_t i = 0; i < count; ++i) {
@@ -72,9 +71,9 @@ std::vector<std::uint32_t> all(const Receivers& receivers) {
     return chosen;
 }
 
-/// The distance to the next hit of a ray, by Cramer's rule for each triangle. A ray is `doubtful`
-/// if rounding decides: a hit or near miss is close to an edge, to the ray's own surface or to the
-/// grazing angle.
+/// The next hit of a ray, by Cramer's rule for each triangle. `doubtful`: rounding may change the
+/// hit, because a hit or near miss is close to an edge, to the ray's own surface or to the grazing
+/// angle.
 struct RayHit {
     double distance = kInfinity;
     bool doubtful = false;
@@ -280,7 +279,7 @@ TEST(VisibilityRays, AreNotStoppedByWhatIsNowhere) {
         p.texcoords[0].resize(p.positions.size());
         p.indices.insert(p.indices.end(), {first, first + 1, first + 2});
     }
-    // This must not crash. The scene's bounds are not finite either, so no other quantity can be
+    // The call must not crash. The scene's bounds are not finite, so no other quantity can be
     // baked.
     seenUpward(scene, {{0.3, 0.2, -2}});
     Scene line = oneMesh({square()});
@@ -400,15 +399,15 @@ TEST(VisibilityRays, TellBeforeTheyLook) {
                 EXPECT_LT(done, 1);
                 told.push_back(bytes);
             });
-        // Individual rays are traced in one step. Bundles are traced in 8 steps of two each.
+        // Individual rays are traced in one step, bundles in 8 steps of two bundles each.
         ASSERT_EQ(told.size(), source == &lines ? 1U : 8U);
         const std::uint64_t before = forecastBake(*source, receivers, settings, {}, {});
         EXPECT_GT(before, 1'000'000U);
         EXPECT_NEAR(static_cast<double>(before), static_cast<double>(told.back()),
                     0.5 * static_cast<double>(before));
     }
-    // For each of a million receivers, memory holds its value and two sums: the total, and the sum
-    // of a group of directions.
+    // For each of a million receivers, memory holds a value and two sums: the total, and the sum of
+    // a group of directions.
     Receivers many = scattered(random, 1'000'000);
     const std::uint64_t few = forecastBake(lines, receivers, settings, {}, {});
     EXPECT_GT(forecastBake(lines, many, settings, {}, {}), few + 30'000'000);

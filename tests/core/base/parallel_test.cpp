@@ -93,7 +93,7 @@ TEST(ParallelThreads, ALoopThatComesSecondGetsThreads) {
     while (!begun)
         std::this_thread::yield();
     std::atomic<int> there{0};
-    // Each body waits for the other, so a single thread fails the check.
+    // Each body waits for the other, so the check fails with a single thread.
     parallelFor(2, [&](std::size_t) {
         ++there;
         for (int i = 0; there < 2 && i < 30000; ++i)

@@ -36,7 +36,7 @@ TEST_P(Capture, QuadsGiveTheirLayersDepthsAndColours) {
     constexpr int kQuads = 9;
     std::vector<glm::vec4> colors;
     std::vector<float> depths;
-    // Added from far to near, so that the draw order is the reverse of the depth order.
+    // The quads are added from far to near, so that draw order is the reverse of depth order.
     for (int i = kQuads - 1; i >= 0; --i) {
         const float t = static_cast<float>(i) / kQuads;
         const float z = 0.7F + 3.3F * t * t;
@@ -70,7 +70,6 @@ TEST_P(Capture, QuadsGiveTheirLayersDepthsAndColours) {
 }
 
 TEST_P(Capture, TiltedPlaneHasTheDepthOfItsPlane) {
-    // The plane is z = -3 + 0.8 x - 0.3 y.
     SceneBuilder builder;
     const auto at = [](float x, float y) { return glm::vec3(x, y, -3 + 0.8F * x - 0.3F * y); };
     builder.quad(at(-2, -2), at(2, -2), at(2, 2), at(-2, 2), builder.material({1, 1, 1, 0.5F}));

@@ -54,8 +54,8 @@ CompositeImage compositeOfLayers(GlRenderer& renderer, const View& view, Capture
     return mean;
 }
 
-/// Compares a composite captured opaque-first with the composite of all layers. Compares its
-/// statistics with those of the visible fragments.
+/// Compares an opaque-first composite with the composite of all layers, and the statistics of the
+/// capture with those of the visible fragments.
 void expectTheSame(const Scene& scene, const View& view, CaptureSettings settings,
                    const std::string& what) {
     const PosedScene shown(scene, 0);
@@ -118,7 +118,7 @@ TEST(OpaqueFirst, EqualsTheCompositeOfAllLayers) {
     }
 }
 
-// Blended materials transmit half of the light, with a different share per channel.
+// Blended materials transmit half of the light, tinted by the base colour.
 TEST(OpaqueFirst, FiltersOpaqueSurfacesThroughColouredGlass) {
     for (const auto& [name, plain] : hardScenes()) {
         Scene scene = mixed(plain, 1);
@@ -139,9 +139,9 @@ TEST(OpaqueFirst, FiltersOpaqueSurfacesThroughColouredGlass) {
     }
 }
 
-// Four surfaces in one plane, in every order of blended, opaque and masked surfaces; some are fully
-// cut out, some are the same mesh. Draw order decides which surface is in front. Each picture shows
-// 16 orders side by side.
+// Four surfaces in one plane, in all 256 combinations of blended, opaque, masked and fully cut out.
+// The mesh of the first surface is drawn twice. Draw order decides which surface is in front. Each
+// picture shows 16 combinations side by side.
 TEST(OpaqueFirst, KeepsDrawOrderWhereSurfacesCoincide) {
     struct Kind {
         AlphaMode mode;
@@ -198,7 +198,6 @@ TEST(OpaqueFirst, HoldsForEveryWayToSeeAScene) {
     expectTheSame(scene, view, {}, "cropped");
 }
 
-// Only the part of the picture that the scene covers is composited.
 TEST(OpaqueFirst, LeavesEmptyWhatIsBesideTheScene) {
     const Scene scene = mixed(hardScenes()[0].scene, 0);
     for (const bool tinted : {false, true}) {
@@ -209,7 +208,8 @@ TEST(OpaqueFirst, LeavesEmptyWhatIsBesideTheScene) {
             for (const glm::dvec2 aside : {glm::dvec2(0), glm::dvec2(7, 4), glm::dvec2(-11, 0),
                                            glm::dvec2(0, 9), glm::dvec2(90)}) {
                 View view = testView(240, 160);
-                // The scene is small: in the middle, in a corner, at a side, outside the picture.
+                // The small scene is in the middle, in a corner, at two sides, or outside the
+                // picture.
                 view.camera_to_world[3] = {aside, 12, 1};
                 expectTheSame(scene, view, settings, "beside the scene");
                 view.crop = {30, 20, 100, 150};
@@ -240,8 +240,8 @@ TEST(OpaqueFirst, DoesNotDependOnBandsTilesOrTheDriversExtensions) {
     }
 }
 
-// The first budget is too small to keep the plan's results, the second even for the render targets
-// of opaque surfaces.
+// The first budget is too small to keep the plan's results. The second is too small even for the
+// render targets of opaque surfaces.
 TEST(OpaqueFirst, DoesNotDependOnTheBudget) {
     if (kShadowMemory) GTEST_SKIP() << "its memory is not the product's";
     SceneBuilder builder;

@@ -75,7 +75,8 @@ CompositeImage reference(const Scene& scene, const View& view) {
 TEST(Supersampling, ConvergesToAGridOf16By16Samples) {
     const View view = exhaustive() ? testView(80, 60) : testView(48, 36);
     for (const auto& [name, scene] : hardScenes()) {
-        // For this scene's horizontal edges, a grid of 16 rows is no better than 16 samples.
+        // Skips the scene of horizontal edges, because a reference with 16 rows is no better than
+        // 16 samples there.
         if (name == std::string("grazing quads")) continue;
         const CompositeImage wanted = reference(scene, view);
         double last = 1e9;

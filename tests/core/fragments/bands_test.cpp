@@ -66,7 +66,7 @@ TEST(Bands, ASinkTakesWhatItSays) {
     Plan plan;
     plan.view.crop = {0, 0, 10, 10};
     const MemoryUse use = sinkUse(Keeper(), plan, 20, [](int rows) { return 30ULL * rows; });
-    // The sink may hold its 2 rows twice. Each time, they have 20 pixels and at most 60 fragments.
+    // The sink may hold two copies of its 2 rows. Each copy has 20 pixels and at most 60 fragments.
     EXPECT_EQ(use.fixed, 2 * (60 * 20 + 20 * (kBandPixelBytes + 8)) + 100);
     EXPECT_EQ(use.pixel, 8 + sizeof(std::uint32_t));
     EXPECT_EQ(use.fragment, 12U + 20U);

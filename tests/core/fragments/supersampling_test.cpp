@@ -14,7 +14,7 @@ struct Fragment {
     std::array<float, 4> rgba;
 };
 
-/// Returns a picture of one pixel: the fragments of one sample.
+/// Returns a picture of one pixel, with the fragments of one sample.
 LayeredImage pixelOfSample(const std::vector<Fragment>& fragments) {
     LayeredImage image;
     image.window = {0, 0, 1, 1};
@@ -83,7 +83,7 @@ TEST(Supersampling, WhatIsHiddenInEverySampleKeepsItsCoverage) {
 }
 
 TEST(Supersampling, FrontAndBackOfABallMergeWithTheirLike) {
-    // The second sample is near the ball's edge, where its front and back are closer together.
+    // The second sample is near the ball's edge, where front and back are closer together.
     const auto image = merged({pixelOfSample({{1, 3, kGlass}, {9, 3, kGlass}}),
                                pixelOfSample({{4.5F, 3, kGlass}, {5.5F, 3, kGlass}})});
     ASSERT_EQ(image.fragments(), 2U);

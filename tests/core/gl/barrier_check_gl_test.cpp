@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tests PEELER_CHECK_BARRIERS, which reports missing barriers between passes. (The tests labelled
-// gl, cli and assets set it, so all their drawing is checked.)
+// gl, cli and assets set this variable, so all their drawing is checked.)
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -52,7 +52,7 @@ GLuint programOf(const gl::Functions& gl, std::initializer_list<Stage> stages) {
     return program;
 }
 
-/// Drawing passes that access two buffers, in a checked context.
+/// Compute passes that access two buffers, in a checked context.
 struct Passes {
     const gl::Functions& gl;
     gl::Buffer numbers{gl, 16}, copies{gl, 16};

@@ -51,7 +51,6 @@ struct Host {
         gl.NamedBufferStorage(name, kBytes, nullptr, GL_MAP_READ_BIT);
         return name;
     }
-    /// Returns a texture with one texel.
     GLuint texture(GLenum target) const {
         GLuint name = 0;
         gl.CreateTextures(target, 1, &name);

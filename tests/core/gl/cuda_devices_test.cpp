@@ -14,7 +14,7 @@ namespace {
 
 using Positions = std::vector<std::size_t>;
 
-/// Returns GPUs in an order that EGL may use, which is not CUDA's.
+/// Returns GPUs in an order that EGL may use, but CUDA does not.
 const std::vector<CudaDevice>& gpus() {
     static const std::vector<CudaDevice> list = {
         {2, "8932f937-d72c-4106-c12f-20bd9faed9f6"},
@@ -61,7 +61,7 @@ TEST(CudaDevices, WithoutUuidsOnlyNumbersNameThem) {
     EXPECT_EQ(visibleCudaDevices("1,GPU-8932", {{0, ""}, {1, ""}}), Positions{1});
 }
 
-/// The driver started CUDA under "2,0", so its ordinals count only the visible devices.
+/// The driver has read the value "2,0", so its ordinals count only the visible devices.
 TEST(CudaDevices, ADriverThatReadsTheVariableHasNumberedWhatIsVisible) {
     std::vector<CudaDevice> numbered = gpus();
     numbered[0].ordinal = 0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tests that a sink behind a background thread receives the same calls, and that the caller
-// receives its exceptions.
+// receives the sink's exceptions.
 #include "core/image/background_sink.h"
 
 #include <gtest/gtest.h>

@@ -197,7 +197,7 @@ TEST(Channels, NothingMovesWithoutANextFrame) {
         ASSERT_EQ(motion(f), glm::dvec4(0));
 }
 
-/// Returns a scene with two instances of a node and a second node. The mesh of the first has two
+/// Returns a scene with two nodes. The first node has two instances, and its mesh has two
 /// primitives with different materials.
 Scene named() {
     SceneBuilder builder;
@@ -228,8 +228,8 @@ TEST(Channels, IdsNameNodeMaterialTriangleAndInstance) {
         if (std::abs(p.x - center) < 0.01) continue;
         const Primitive& side = scene.meshes[left ? 0 : 1].primitives[0];
         ASSERT_EQ(id.id(f, 1), static_cast<std::uint32_t>(side.material) + 1);
-        // Triangle a, b, c lies below the diagonal, a, c, d above it; the second primitive's
-        // triangles are numbered after them.
+        // In a quad a, b, c, d, triangle 1 (a, b, c) lies below the diagonal, and triangle 2 (a, c,
+        // d) above. The triangles of the second primitive are 3 and 4.
         const double x = left ? p.x - center + 1 : p.x - center;
         if (std::abs((p.y + 1) / 2 - x) < 0.01) continue;
         const std::uint32_t in_quad = (p.y + 1) / 2 < x ? 1U : 2U;

@@ -90,7 +90,7 @@ TEST_P(Exact, KeepsTheNearestLayersAndBlendsOrDropsTheRest) {
     }
 }
 
-/// Returns `count` quads, one behind the other, drawn in random order.
+/// Returns `count` quads, one behind the other. Their draw order is not their depth order.
 Scene quads(int count) {
     SceneBuilder builder;
     for (int i = 0; i < count; ++i) {
@@ -132,7 +132,7 @@ TEST(Dual, FinishesPixelsWithCoincidentFragmentsInMorePasses) {
         compositeOver(capture(builder.scene(), testView(40, 30)).image, {}, expected);
         EXPECT_LE(worst(flat(result.image), expected), kRoundingOfColors);
         EXPECT_EQ(result.report.passes,
-                  // The range pass, and 2 peels: the first finds everything. Then 3 more passes.
+                  // The range pass and 2 peels, then one pass for each of the 3 fragments.
                   3 + 3);
     }
 }
@@ -208,7 +208,8 @@ TEST(Approximations, PutTheNearestOpaqueSurfaceBehindTheOthersIfOnlyTheVisibleIs
     builder.rectangle(9, 9, -4, builder.material({1, 0, 0, 0.25F}));
     builder.rectangle(9, 9, -3, builder.material({0, 1, 0, 0.5F}));
     const std::map<std::string, glm::vec3> expected = {
-        // With C = (1/3, 2/3, 0) and A = 3/8, (1 − A)² = 25/64 of the blue shows through.
+        // With the mean colour (1/3, 2/3, 0) and the mean alpha A = 3/8, (1 − A)² = 25/64 of the
+        // blue shows through.
         {"weighted-average", {13.0F / 64, 26.0F / 64, 25.0F / 64}},
         {"weighted-sum", {0.25F, 0.5F, 0.25F}},
         {"unsorted", {0.125F, 0.5F, 0.375F}},

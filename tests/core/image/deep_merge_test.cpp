@@ -109,7 +109,8 @@ TEST(DeepMerge, TheCompositeStaysWithinRounding) {
             compositeOver(rows, {}, before);
             compositeOver(out, {}, after);
             EXPECT_EQ(before.z, after.z);
-            // Colours reach 3; a half has 11 significant bits; several samples are rounded.
+            // The error of halves: colours reach 3, a half has 11 significant bits, and several
+            // samples are rounded.
             const float bound = type == PixelType::kHalf ? 8e-3F : 4e-6F;
             for (std::size_t p = 0; p < before.rgba.size(); ++p) {
                 for (std::size_t c = 0; c < 4; ++c)

@@ -30,8 +30,8 @@ LayeredDifference between(const LayeredImage& a, const LayeredImage& b) {
     return sum;
 }
 
-/// Returns one row of pixels, given as lists of fragments. Each fragment is one number, its Z and
-/// all its channels.
+/// Returns one row of pixels, given as lists of fragments. Each number is the Z of a fragment and
+/// the value of all its channels.
 LayeredImage rowOfValues(const std::vector<std::vector<float>>& lists) {
     LayeredImage image;
     image.window = {0, 0, static_cast<int>(lists.size()), 1};

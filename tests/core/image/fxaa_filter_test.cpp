@@ -53,7 +53,7 @@ class Borrowed : public Sink {
 };
 
 /// Returns rows [y0, y1) of a test picture: two layers of slanted edges on an empty background,
-/// with holes. One edge is so steep that the search finds its ends at all distances.
+/// with holes. One edge is so steep that the search finds the ends of its steps at all distances.
 LayeredImage slantedBand(const Window& crop, int y0, int y1) {
     LayeredImage image;
     image.window = {crop.x0, y0, crop.x1, y1};
@@ -112,8 +112,8 @@ void expectSamePicture(const CompositeImage& a, const CompositeImage& b) {
 }
 
 TEST(FxaaFilter, BandsChangeNothing) {
-    // The first crop is higher than the filter's slices; the others are lower than the overlap of
-    // bands.
+    // The first crop has more rows than a slice of the filter; the others have fewer rows than the
+    // overlap of bands.
     for (const Window& crop : {Window{-5, 7, 90, 407}, Window{0, 45, 80, 55}, Window{3, 3, 4, 4}}) {
         CompositeImage whole, once;
         compositeOver(slantedBand(crop, crop.y0, crop.y1), {}, whole);
@@ -150,7 +150,8 @@ TEST(FxaaFilter, SaysWhatItKeeps) {
         EXPECT_EQ(filter.memory(plan).rows, 15);
         return filter.memory(plan).bytes;
     };
-    // The filter keeps at least twice its reach in rows of 7 floats: colour, Z and two lumas.
+    // The filter keeps at least 2 · kFxaaReach rows. Each pixel has 7 floats: colour, Z and two
+    // lumas.
     EXPECT_GT(memory(640), 1000 + 640 * 2 * kFxaaReach * 7 * sizeof(float));
     EXPECT_LT(memory(3840), 64U << 20);
     EXPECT_GT(memory(65536), 65536 * 2 * kFxaaReach * 7 * sizeof(float));

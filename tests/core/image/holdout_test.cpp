@@ -24,7 +24,6 @@ using Fragments = std::vector<TestFragment>;
 
 constexpr Window kPixel{0, 0, 1, 1};
 
-/// Returns a white fragment, premultiplied.
 TestFragment white(float z, float alpha) {
     return {z, {alpha, alpha, alpha, alpha}};
 }
@@ -57,14 +56,15 @@ TEST(Holdout, AFragmentShowsAsMuchAsTheMatteInFrontTransmits) {
 }
 
 TEST(Holdout, TheWholeListShowsAsMuchAsTheMatteInFrontTransmits) {
-    // 0.5 of the matte's light passes; alone, the list covers 0.75. Weights of 0.5 would give
-    // 0.4375, because the first fragment hides less of the second one than it did.
+    // The matte transmits 0.5, and the list alone covers 0.75, so 0.375 remains. If both alphas
+    // were multiplied by 0.5, the sum would be 0.4375, because the first fragment would hide less
+    // of the second.
     LayeredImage held = pixel({white(2, 0.5F), white(3, 0.5F)});
     holdOut(held, pixel({white(1, 0.5F)}), SameDepth::kBehind);
     EXPECT_FLOAT_EQ(flat(held).rgba[0][3], 0.375F);
     EXPECT_FLOAT_EQ(colorOf(held, 0)[3], 0.25F);
     EXPECT_FLOAT_EQ(colorOf(held, 1)[3], 1.0F / 6);
-    // Behind an opaque fragment of the image that the matte covers in part, nothing shows.
+    // An opaque fragment hides all fragments behind it, even if the matte covers it in part.
     EXPECT_EQ(alphas({white(2, 1), white(3, 0.5F)}, pixel({white(1, 0.5F)})), (Alphas{0.5F}));
 }
 
@@ -136,7 +136,8 @@ Fragments randomList(std::mt19937& random) {
     return list;
 }
 
-/// Expects the composites of `a` and `b`, down to every depth, to add up to that of `whole`.
+/// Expects that the composites of `a` and `b` add up to the composite of `whole`, also if all three
+/// are cut off at any depth.
 void expectSum(const LayeredImage& a, const LayeredImage& b, const LayeredImage& whole) {
     for (float depth = 0; depth < 8; ++depth) {
         const auto above = [&](const LayeredImage& image) {

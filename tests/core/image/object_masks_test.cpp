@@ -122,8 +122,8 @@ TEST(ObjectMasks, DoNotDependOnBands) {
 }
 
 TEST(ObjectMasks, OfACanvasAreOfItsMiddle) {
-    // The picture is the middle pixel. Object 1 covers it and the pixel on its left, object 2 the
-    // pixel on its right.
+    // The picture is the canvas's middle pixel. Object 1 covers this pixel and the pixel on its
+    // left, object 2 the pixel on its right.
     const Window canvas{0, 0, 3, 1};
     ObjectMaskSink sink(kTable, {.picture = {1, 0, 2, 1}, .layers = true});
     LayeredImage image = imageOf(canvas, {{{1}}, {{1}}, {{2}}});

@@ -106,7 +106,7 @@ TEST(MergeByDepth, ElementsOfAPictureAreThePicture) {
     const LayeredImage whole =
         test::makePicture({.seed = 17, .width = 40, .height = 30, .extra = true}).image;
     // Distributes the fragments among three elements. Coincident fragments go to the same element,
-    // because only within an element is their order kept.
+    // because merging keeps their order only within an element.
     std::vector<int> owners(whole.fragments());
     for (std::size_t p = 0; p < whole.window.pixels(); ++p) {
         for (std::size_t f = whole.offsets[p]; f < whole.offsets[p + 1]; ++f) {

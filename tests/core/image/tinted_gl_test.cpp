@@ -76,8 +76,8 @@ TEST(TintedGlass, HasTheMeanOfItsOpacitiesForAlpha) {
     Panes panes({{0.75F, 0.5F, 0.25F, 1}});
     const TintedColor clear = panes.seen();
     EXPECT_EQ(clear, (TintedColor{0, 0, 0, 0.5F, 0.25F, 0.5F, 0.75F}));
-    // Light that is not transmitted is reflected diffusely, as the base colour itself (unlit), and
-    // hides the background.
+    // The share of the pane that does not transmit is opaque and, because it is unlit, has the base
+    // colour.
     panes.material(0).transmission.factor = 0.5F;
     EXPECT_EQ(panes.seen(), (TintedColor{0.375F, 0.25F, 0.125F, 0.75F, 0.625F, 0.75F, 0.875F}));
     // Coverage (alpha) multiplies both colour and opacity.
@@ -258,7 +258,7 @@ TEST(TintedGlass, IsApproximatedInFrontOfTheNearestOpaqueSurface) {
 }
 
 TEST(TintedGlass, IsBlendedInTheOrderOfDrawingIfItIsNotSorted) {
-    SceneBuilder builder;  // the nearest surface is drawn first, so the other one covers it
+    SceneBuilder builder;  // the near surface is drawn first, so the far surface covers it
     builder.rectangle(9, 9, -2, builder.material({0.5F, 0.25F, 1, 1}, AlphaMode::kOpaque));
     builder.scene().materials.back().metallic = 0;
     builder.scene().materials.back().transmission.factor = 1;
@@ -289,8 +289,8 @@ TEST(TintedGlass, OfSeveralSamplesIsTheirMean) {
 }
 
 TEST(TintedGlass, LeavesEverythingElseAsItIs) {
-    // Without coloured glass, each channel's opacity equals alpha, and every bit equals an untinted
-    // capture.
+    // Without coloured glass, each channel's opacity equals alpha, and the capture equals an
+    // untinted capture bit for bit.
     Scene scene = glassScene();
     for (Material& m : scene.materials)
         if (m.transmission.factor > 0) m.base_color = glm::vec4(glm::vec3(m.base_color.g), 1);

@@ -136,7 +136,7 @@ TEST(PartCheck, ATJunctionIsOpen) {
     mesh.positions.emplace_back(1, 0, 0);
     mesh.indices.insert(mesh.indices.end(), {1, middle, 5, middle, 7, 5});
     const Checked part({mesh});
-    // The open edges: the whole diagonal and its two halves.
+    // The open edges are the whole diagonal and its two halves.
     EXPECT_EQ(part.topology.open.size(), 3U);
     EXPECT_EQ(part.topology.holes, 1U);
 }
@@ -161,7 +161,8 @@ TEST(PartCheck, ACubeInsideOutIsFoundAndTurnedBack) {
 }
 
 TEST(PartCheck, PointsOfOpenEdgesAreWeldedWithinTheTolerance) {
-    // A box of 10, each triangle with corners of its own, off by at most 1e-6 along each axis.
+    // A box with sides of 10. Each triangle has corners of its own, off by at most 1e-6 along each
+    // axis.
     std::mt19937 random(45);
     std::uniform_real_distribution<double> noise(-1e-6, 1e-6);
     const PartMesh exact = Checked::meshOf({box({0, 0, 0}, {10, 10, 10})}, glm::dmat4(1));
@@ -180,7 +181,7 @@ TEST(PartCheck, PointsOfOpenEdgesAreWeldedWithinTheTolerance) {
     EXPECT_TRUE(welded.good());
     EXPECT_NEAR(welded.volume(), 1000, 1e-3);
     EXPECT_NEAR(welded.wall(), 10, 1e-4);
-    // Triangles shorter than the tolerance disappear.
+    // All points are within the tolerance, so they merge into one.
     const PartMesh point = weldPoints(mesh, open, 100);
     EXPECT_TRUE(point.triangles.empty());
     EXPECT_EQ(point.degenerate, 12U);
@@ -257,13 +258,13 @@ TEST(PartCheck, SpheresThatOverlapHaveTheUnionOfTheirLens) {
     EXPECT_FALSE(part.crossings.pairs.empty());
     const double apart = glm::length(glm::dvec3(0.9, 0.05, 0.02));
     const double lens = std::numbers::pi * (4 + apart) * (2 - apart) * (2 - apart) / 12;
-    // Flat facets shrink the lens by the same factor as the spheres.
+    // Flat facets shrink the lens and the spheres by the same factor.
     const double one = test::volumeOf(sphere);
     EXPECT_NEAR(part.united(), 2 * one - lens * one / (4 * std::numbers::pi / 3), 0.01);
     EXPECT_LT(part.united(), part.volume() - 1);
 }
 
-/// Random integer corners, so that many faces of the boxes are coplanar.
+/// The corners are random integers, so that many faces of the boxes are coplanar.
 TEST(PartCheck, ManyBoxesHaveTheUnionOfTheirCells) {
     constexpr int kCells = 12;
     std::mt19937 random(42);
@@ -321,7 +322,7 @@ TEST(PartCheck, ABodyWithoutVolumeIsFlat) {
     const Checked two({sheet}, askew());
     EXPECT_TRUE(two.topology.closed());
     EXPECT_EQ(two.sides, std::vector{ShellSide::kFlat});
-    // The first cube's thickness is less than a millionth of its size, the second's is more.
+    // The first cube is thinner than a millionth of its size, the second is not.
     EXPECT_EQ(Checked({cube()}, glm::scale(askew(), {1, 1e-7, 1})).sides,
               std::vector{ShellSide::kFlat});
     EXPECT_EQ(Checked({cube()}, glm::scale(askew(), {1, 1e-4, 1})).sides,
@@ -369,7 +370,7 @@ TEST(PartCheck, TheThinnestWallIsFoundWhereverItIs) {
 }
 
 TEST(PartCheck, AWallThatThinsTowardsAPointIsFoundThere) {
-    // The floor of the hollow has a tip above the outer bottom face, far from that face's corners.
+    // The floor of the hollow has a downward tip, far from the corners of the outer bottom face.
     Primitive hollow = box({3, 3, 3}, {37, 17, 27});
     const auto tip = static_cast<std::uint32_t>(hollow.positions.size());
     hollow.positions.emplace_back(11.0F, 1.3F, 17.0F);
@@ -397,8 +398,8 @@ TEST(PartCheck, AWallThatThinsTowardsAPointIsFoundThere) {
     EXPECT_NEAR(from.z, 17, 0.01);
 }
 
-/// Traces rays through the body from random surface points, by testing every triangle. None may
-/// find a thinner wall.
+/// Traces rays from random surface points through the body, by testing every triangle. No ray may
+/// find a thinner wall than thinnestWall().
 TEST(PartCheck, NoRayFindsAThinnerWall) {
     std::mt19937 random(20);
     std::uniform_real_distribution<double> share(0, 1);
@@ -475,8 +476,8 @@ TEST(PartCheck, ATubeHasItsWallWhateverItsFacets) {
 }
 
 TEST(PartCheck, SharpEdgesAreNoWallsButAreFound) {
-    // In a wedge of 40 degrees only the two ends face each other. In one of 20 degrees the tapering
-    // sides do, too, and their distance goes down to 0.
+    // In a wedge of 40 degrees, only the two ends face each other. In a wedge of 20 degrees, the
+    // tapering sides face each other, too, and the distance between them goes down to 0.
     const auto wedge = [](double degrees) {
         const auto x = static_cast<float>(std::tan(degrees * std::numbers::pi / 180));
         Primitive p;

@@ -45,7 +45,7 @@ TEST(Backends, AgreeBitForBitOnHardScenes) {
     }
 }
 
-// Core OpenGL has no framebuffer fetch, so there atomics count the fragments per list head.
+// Core OpenGL has no framebuffer fetch, so the shaders count fragments with atomics instead.
 TEST(Extensions, DoNotChangeTheResult) {
     const View view = testView(160, 120);
     for (const auto& [name, scene] : hardScenes()) {
@@ -90,7 +90,7 @@ TEST(Bands, DoNotChangeTheResult) {
 }
 
 // On a GPU, a band is captured while the previous band is read. A software rasteriser gains nothing
-// from this, but must give the same result.
+// from the overlap, but must give the same bands.
 TEST(Bands, ThatOverlapAreTheSame) {
     const int scale = exhaustive() ? 2 : 1;
     const View view = testView(80 * scale, 60 * scale);

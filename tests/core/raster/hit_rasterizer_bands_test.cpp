@@ -128,9 +128,8 @@ TEST(HitRasterizer, TheSameBytesUnderABudget) {
     HitRasterizer source(posed);
     returnFreeMemory();
     CaptureSettings settings = hitSettings();
-    // A budget that is too small must be refused before the first band, never later, even if it is
-    // nearly sufficient. The second successful capture starts with the memory that the first one
-    // kept.
+    // A budget that is too small, even if only by a little, must be refused before the first band.
+    // The second successful capture starts with the memory that the first capture kept.
     int refused = 0, captured = 0;
     for (std::uint64_t more = 90 * kMebibyte; captured < 2; more += 2 * kMebibyte) {
         settings.memory = residentBytes() + more;
@@ -152,7 +151,6 @@ TEST(HitRasterizer, TheSameBytesUnderABudget) {
     EXPECT_GT(refused, 0);
 }
 
-/// The host's own memory may be larger than the budget.
 TEST(HitRasterizer, WorksBesideAHostThatHoldsMoreThanTheBudget) {
     constexpr std::uint64_t kMebibyte = 1 << 20;
     const std::vector<std::uint8_t> of_host(500 * kMebibyte, 1);
@@ -211,7 +209,7 @@ TEST(HitRasterizer, ACropHasTheHitsOfThePicture) {
                       whole.keys(whole.image.pixelIndex(x, y)));
 }
 
-/// Returns a scene of `times` coincident triangles that the rays of a single pixel cross.
+/// Returns a scene of `times` coincident triangles, which only one ray hits.
 Scene triangleOver(std::size_t times) {
     Primitive primitive;
     primitive.positions = {{0.1F, -0.1F, -1}, {0.9F, -0.1F, -2}, {0.5F, -0.9F, -3}};

@@ -17,7 +17,7 @@ namespace peeler::test {
 namespace {
 
 /// A floor of strips extends behind the eye and far beyond the picture. Every downward ray must hit
-/// it exactly once, even at the edges of strips and at the near plane.
+/// the floor exactly once, even at the edges of strips and at the near plane.
 TEST(HitRasterizer, WhatReachesBehindAPinholeIsCutWithoutCracks) {
     std::mt19937 random(3);
     std::uniform_real_distribution<float> jitter(-0.2F, 0.2F);

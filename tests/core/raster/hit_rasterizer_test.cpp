@@ -61,8 +61,7 @@ TEST(HitRasterizer, AHoleIsSeen) {
 }
 
 /// Compares every ray with every triangle in double precision. Hits must be the same for all rays
-/// that are more than about one grid step away from an edge. Z must be that of the triangle's
-/// plane.
+/// that are more than about one grid step away from an edge. Hits must be on the triangle's plane.
 void compareWithTriangles(const PosedScene& posed, const View& view) {
     HitRasterizer source(posed);
     const TracedHits traced = trace(source, view);
@@ -191,7 +190,8 @@ TEST(HitRasterizer, TrianglesBeyondNumbers) {
     }
 }
 
-/// Parallel rays start only at a near plane, so hits behind their origin come first.
+/// Without clipping at the near plane, parallel rays have no start, so hits behind their origin
+/// come first.
 TEST(HitRasterizer, HitsBehindTheStartComeFirst) {
     const Scene scene =
         oneMesh({square(0, 0, 4, 4, -3), square(0, 0, 4, 4, 5), square(0, 0, 4, 4, 0),

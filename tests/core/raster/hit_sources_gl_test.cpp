@@ -40,7 +40,8 @@ std::vector<KeyedHit> hitsOf(const LayeredImage& image, std::size_t ray) {
     return hits;
 }
 
-/// Returns the outline of a triangle in ray coordinates. For a camera, clips it at the near plane.
+/// Returns the outline of a triangle in ray coordinates. For a camera, clips the triangle at the
+/// near plane.
 std::vector<glm::dvec2> outlineOf(const PosedScene& posed, const View& view, std::uint32_t key) {
     WorldElement element = elementOf(posed, key);
     placeCorners(posed, element);
@@ -75,10 +76,10 @@ double rayToEdge(const PosedScene& posed, const View& view, const LayeredImage& 
 struct Agreement {
     std::size_t rays = 0, hits = 0;
     std::size_t differing = 0;  ///< rays on which the sets of triangles differ
-    /// The greatest distance, in ray spacings, between a ray and the edges of a triangle that only
-    /// one capture hits with this ray.
+    /// The greatest distance, in ray spacings, from a ray to the edges of a triangle that the ray
+    /// hits in only one of the captures.
     double farthest = 0;
-    /// The greatest error of Z among all other rays, relative to the scene's size.
+    /// The greatest error of Z on rays with equal sets of triangles, relative to the scene's size.
     double largest_error = 0;
 };
 

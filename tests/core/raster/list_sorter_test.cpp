@@ -19,7 +19,7 @@ TEST(ListSorter, SortsListsOfEveryLength) {
         const SortLists sort = sortListsFor(every_processor);
         for (std::size_t length = 0; length <= kMostAtOnce; ++length) {
             for (int time = 0; time < 6; ++time) {
-                // The values are nearly consecutive, or only four different ones, or arbitrary.
+                // The values are random, with some, many or hardly any duplicates.
                 const std::uint64_t different = time % 3 == 0   ? length + 1
                                                 : time % 3 == 1 ? 4
                                                                 : std::uint64_t{1} << 52;

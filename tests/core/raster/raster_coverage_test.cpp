@@ -18,8 +18,8 @@ namespace {
 
 __extension__ using Wide = __int128;
 
-/// The textbook top-left rule: (x, y) is covered if it is inside all three edges, or exactly on
-/// edges that are left or top edges. Corners may be in any order; y is down.
+/// The textbook top-left rule: (x, y) is covered if it is inside all three edges. A point on a left
+/// or top edge counts as inside. Corners may be in any order; y is down.
 bool covers(std::array<SnappedCorner, 3> corner, std::int64_t x, std::int64_t y) {
     const auto side = [](const SnappedCorner& a, const SnappedCorner& b, Wide px, Wide py) {
         return (Wide{b.x} - a.x) * (py - a.y) - (Wide{b.y} - a.y) * (px - a.x);
@@ -117,7 +117,7 @@ class HardTriangles {
     glm::vec3 anywhere() {
         return {kSide * (1.4F * share() - 0.2F), -kSide * (1.4F * share() - 0.2F), depth()};
     }
-    /// Returns a corner whose coordinates are exactly those of rays, or one grid step away.
+    /// Returns a corner whose coordinates are those of a ray, or differ by one grid step.
     glm::vec3 throughRays() {
         const auto at = [&] {
             const int step = random_() % 3 == 0 ? static_cast<int>(random_() % 3) - 1 : 0;
@@ -200,7 +200,7 @@ TEST(RasterCoverage, OfHugePicturesTheGridIsCoarserAndStillExact) {
         EXPECT_EQ(CornerGrid(parallelView(side, 1)).bits(), bits) << side;
 }
 
-/// Every ray within a quad of two triangles hits it exactly once, for either diagonal.
+/// Every ray within a quad of two triangles must hit the quad exactly once, for either diagonal.
 TEST(RasterCoverage, SharedEdgesAreHitOnce) {
     const View view = parallelView(16, 16);
     for (const bool turned : {false, true}) {

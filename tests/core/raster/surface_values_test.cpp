@@ -31,7 +31,6 @@ Image texel(std::uint8_t r, std::uint8_t g, std::uint8_t b, std::uint8_t a = 255
     return image;
 }
 
-/// Returns the channel's value at every hit.
 std::vector<glm::dvec3> valuesOf(const Scene& scene, Channel channel,
                                  const View& view = parallelView(8, 8)) {
     HitRasterizer source{PosedScene(scene)};
@@ -180,8 +179,7 @@ TEST(SurfaceValues, TexturesAreWrappedAndFiltered) {
         EXPECT_NEAR(texelAt(image, texture, {row.u, 0.5}).a, row.expected, 1e-12)
             << row.filter << " " << row.wrap << " " << row.u;
     }
-    // Coordinates that are too large for a float fraction may give any texel of the image, but none
-    // outside it.
+    // Coordinates too large to have a fraction may select any texel, but nothing outside the image.
     for (const double far : {1e30, -1e30, 1e300})
         for (const int wrap : {kRepeat, kMirror, kClamp}) {
             texture.sampler.wrap_s = wrap;

@@ -139,8 +139,8 @@ TEST(PointHits, SteepSurfacesAreFollowed) {
         NextHit before, after;
         for (const std::uint32_t key : {1U, 2U}) {
             const double along = (key == 1 ? 2 : -2) * points[i].x - points[i].z;
-            // Among coincident hits, the last drawn counts as the hit before, the first drawn as
-            // the hit after.
+            // Of several coincident hits, the one drawn last counts as the hit before the point,
+            // the one drawn first as the hit after the point.
             if (along > 0 && along < after.distance) after = {along, key};
             if (along <= 0 && -along < before.distance) before = {-along, key + 2};
         }

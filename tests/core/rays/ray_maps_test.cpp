@@ -86,8 +86,8 @@ TEST(RayMaps, InsideIsByParityAndTheInnermostCounts) {
          0},
         {"touching", {{0, 0}, {2, 1}, {2, 0}, {5, 1}}, 5, {2, 3, 0}, 0},
         {"the same twice: the later one", {{1, 0}, {1, 1}, {3, 0}, {3, 1}}, 2, {0, 2, 0}, 0},
-        // If two bodies are entered together, the shorter counts as inside the longer, for either
-        // draw order.
+        // If a ray enters two bodies at the same point, the body with the shorter path counts as
+        // inside the other, for either draw order.
         {"entered together, a", {{1, 0}, {1, 1}, {2, 1}, {5, 0}}, 4, {3, 1, 0}, 0},
         {"entered together, b", {{1, 1}, {1, 0}, {2, 1}, {5, 0}}, 4, {3, 1, 0}, 0},
         {"left together", {{1, 0}, {3, 1}, {5, 1}, {5, 0}}, 4, {2, 2, 0}, 0},

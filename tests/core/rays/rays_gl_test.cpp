@@ -25,7 +25,7 @@ TEST(ClosedMeshes, EveryRayLeavesWhatItEnters) {
         {"icosphere 5", icosphere(5)},        {"torus", torus(0.4, 64, 32)},
         {"thin torus", torus(0.01, 400, 12)}, {"cube", cube()},
     };
-    // Embree does not depend on the backend, so it is compared with only one of them.
+    // Embree does not depend on the backend, so the comparison with one backend is enough.
     const bool with_embree = testBackend() == "egl";
     for (const auto& [name, mesh] : meshes) {
         const OddRays found = countOddRays(name, sceneOf({{"", {mesh}}}), 64, 256, with_embree);
@@ -115,7 +115,7 @@ TEST_P(RayLengths, ChordsOfASphere) {
     const Traced traced(GetParam(), sceneOf({{"", {mesh}}}), kAskew, {512});
     const std::vector<float> thickness = traced.maps({{RayMap::kThickness}}).at(0);
 
-    // `within` is the largest depth of a triangle's centre below the sphere.
+    // `within` is the largest depth of a triangle's centre below the sphere's surface.
     double within = 0;
     for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
         const glm::dvec3 sum = glm::dvec3(mesh.positions[mesh.indices[i]]) +
@@ -155,8 +155,8 @@ TEST_P(RayLengths, ChordsOfASphere) {
             const double at = glm::dot(normal, a - start) / along;
             (along < 0 ? in : out) = along < 0 ? std::max(in, at) : std::min(out, at);
         }
-        // Skip rays that may only graze vertices: for them, the planes cannot decide whether there
-        // is a hit.
+        // Skip rays that may only graze vertices, because the planes cannot decide whether such
+        // rays hit.
         if (std::abs(out - in) < 1e-3) continue;
         const double chord = std::max(0.0, out - in);
         hit += chord > 0 ? 1 : 0;
@@ -279,8 +279,8 @@ TEST_P(BundleRays, DirectionsAreEven) {
 }
 
 TEST_P(BundleRays, BoundsCutNothingOffAlongTheRays) {
-    // The bounds are slabs across the rays: one is far thinner than the sphere, one is off its
-    // centre.
+    // The bounds are thin slabs perpendicular to the rays. The first contains the sphere's centre,
+    // the second does not.
     const Bounds slabs[] = {{{-0.5, -0.5, -0.001}, {0.5, 0.5, 0.001}},
                             {{-0.5, -0.5, 0.7}, {0.5, 0.5, 0.7}}};
     for (const Bounds& slab : slabs) {

@@ -238,11 +238,11 @@ TEST(SolidSpansByWinding, ARayIsInsideUntilItHasLeftAsOftenAsEntered) {
     EXPECT_EQ(found(four, {1, 1, -1, -1}), (Intervals{{1, 4}}));
     EXPECT_EQ(found(four, {1, -1, 1, -1}), (Intervals{{1, 2}, {3, 4}}));
     EXPECT_EQ(found(four, {}), (Intervals{{1, 2}, {3, 4}})) << "parity";
-    // A cavity: enter, leave into it, enter again, leave.
+    // The ray enters twice, leaves twice, then enters and leaves once.
     EXPECT_EQ(found({0, 0, 0, 0, 0, 0}, {1, 1, -1, -1, 1, -1}), (Intervals{{1, 4}, {5, 6}}));
-    // Parity where the ray does not leave as often as it enters.
+    // Parity decides if a ray does not leave as often as it enters.
     EXPECT_EQ(found(four, {1, 1, 1, -1}), (Intervals{{1, 2}, {3, 4}}));
-    // Each solid on its own.
+    // Two solids that overlap have separate intervals.
     EXPECT_EQ(found({0, 1, 0, 1}, {1, 1, -1, -1}), (Intervals{{1, 3}, {2, 4}}));
 }
 

@@ -17,7 +17,6 @@
 namespace peeler::test {
 namespace {
 
-/// Returns the rows [y0, y1) of a picture.
 LayeredImage rowsOf(const LayeredImage& image, int y0, int y1) {
     LayeredImage band;
     band.window = {image.window.x0, y0, image.window.x1, y1};
@@ -58,8 +57,8 @@ LayeredImage randomHits(const Bundle& bundle, double length, std::mt19937& rando
     });
 }
 
-/// Adds the votes of a bundle cell by cell: a cell's centre is inside a solid if an odd number of
-/// the solid's hits lie in front of it, unless the last of these hits is unpaired.
+/// Adds the votes of a bundle cell by cell. A cell's centre is inside a solid if an odd number of
+/// the solid's hits lie in front of the centre, unless the last of these hits is unpaired.
 void addVotes(const AxisBundles& axes, std::size_t axis, const LayeredImage& hits,
               std::vector<std::uint8_t>& votes) {
     const Bundle& bundle = axes.bundles[axis];
@@ -257,7 +256,7 @@ TEST_F(Voxels, OddRaysAreCountedBySolid) {
     parity.add(1, image);
     EXPECT_FALSE(parity.holds());
     const auto pixels = static_cast<std::uint64_t>(image.window.pixels());
-    EXPECT_EQ(parity.oddRays(), pixels);  // half of the rays are odd in each of two bundles
+    EXPECT_EQ(parity.oddRays(), pixels);  // in two bundles, half of the rays are odd
     ASSERT_EQ(parity.solids().size(), 2U);
     EXPECT_EQ(parity.solids().at(0).rays, 2 * pixels);
     EXPECT_EQ(parity.solids().at(0).odd, 0U);

@@ -60,7 +60,7 @@ TEST(DrawList, DrawsTheInstancesOfANodeAtOnce) {
     EXPECT_EQ(draws(list),
               (std::vector<Expected>{{2, 1, false}, {1, 7, true}, {1, 10, false}, {1, 13, false}}));
     EXPECT_EQ(list.draws()[0].instance_keys, 3U);
-    EXPECT_EQ(list.geometries().size(), 1U);  // all draws share one geometry
+    EXPECT_EQ(list.geometries().size(), 1U);
     EXPECT_EQ(list.worlds(list.draws()[0])[1], placeAt(1));
     EXPECT_EQ(list.worlds(list.draws()[2])[0], placeAt(3));
 }
@@ -69,8 +69,8 @@ TEST(DrawList, DrawsMeshesOfSeveralPrimitivesPlaceByPlace) {
     const Scene scene = grove();
     const PosedScene shown(scene);
     const DrawList& list = shown.drawList();
-    // Instances are drawn separately. GL would draw the first primitive of all instances before the
-    // second primitive of the first instance.
+    // A single instanced draw would draw the first primitive of all instances before the second
+    // primitive of the first instance. So each instance has its own draws.
     EXPECT_EQ(draws(list), (std::vector<Expected>{{1, 1, false},
                                                   {1, 4, false},
                                                   {1, 6, false},

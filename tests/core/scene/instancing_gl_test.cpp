@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests that instanced draws equal individual draws bit for bit. Tests the same for a renderer
-// moved to another time and a new renderer.
+// Tests that instanced draws equal individual draws, and that a renderer moved to another time
+// equals a new renderer, bit for bit.
 #include <gtest/gtest.h>
 
 #include <glm/gtc/matrix_transform.hpp>
@@ -32,7 +32,7 @@ Scene crowdOfInstances(unsigned seed, bool several) {
     builder.quad({0, -1, -1}, {0, -1, 1}, {0, 1, 1}, {0, 1, -1}, grid);
     builder.rectangle(1.5F, 0.9F, -3, glass);
     Scene& scene = builder.scene();
-    // The glass has a volume, because thickness scales with the mesh.
+    // The glass has a volume, because its thickness depends on the scale of the instance.
     Transmission& volume = scene.materials[static_cast<std::size_t>(glass)].transmission;
     volume.factor = 0.6F;
     volume.thickness = 0.8F;

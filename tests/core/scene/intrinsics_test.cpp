@@ -136,7 +136,7 @@ TEST(Intrinsics, CropsAreOfThePictureThatIsAskedFor) {
 
 TEST(Poses, ThatAreRigidStayAsTheyAre) {
     // In double precision, rotations are orthonormal only up to rounding. They must not be
-    // normalised, because this would change their last bits.
+    // normalised, because normalisation would change their last bits.
     CameraChoice choice;
     glm::dmat4 pose(1);
     int changed = 0;

@@ -31,7 +31,7 @@ TEST(Keyframes, GiveExactlyTheirValuesAtTheirTimes) {
     EXPECT_EQ(sampledAt(spline, double{0.1F}, 1)[0], double{0.1F});
     EXPECT_EQ(sampledAt(spline, double{0.7F}, 1)[0], double{0.7F});
     // Rotations in files are rounded to a few digits, so a quaternion's length is not 1. At a
-    // keyframe it must not be normalised.
+    // keyframe, the quaternion must not be normalised.
     const Keyframes turn{
         Interpolation::kLinear, {0, 1}, {0, 0, 0.7071F, 0.7071F, 0, 0.5F, 0, 0.86F}};
     EXPECT_EQ(sampledAt(turn, 0, 4, true), (Values{0, 0, double{0.7071F}, double{0.7071F}}));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests the views from lights that shadow maps use.
+// Tests the views from which shadow maps are rendered.
 #include "core/scene/lights.h"
 
 #include <gtest/gtest.h>

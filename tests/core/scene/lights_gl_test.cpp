@@ -18,7 +18,7 @@ namespace {
 constexpr LightType kDirectional = LightType::kDirectional, kPoint = LightType::kPoint;
 
 /// A rough white wall of half extents (4, 4) at z = −4 that faces the camera at the origin, and
-/// lights. The diffuse part of its reflection is 0.96 of its base colour; the rest is specular.
+/// lights. The wall reflects 0.96 of its base colour diffusely; the rest is specular.
 class Wall {
   public:
     Wall() {
@@ -105,7 +105,7 @@ void expectLight(Wall& wall, const std::function<glm::dvec3(const glm::dvec3&)>&
 TEST(Lights, OneLuxOnWhiteIsOneOverPi) {
     Wall wall;
     wall.add(lightOf(kDirectional, 1), {5, 6, 7});
-    // Rough white reflects 0.96 of the light diffusely, and 0.04 / 4 of it straight back by
+    // Rough white reflects 0.96 of the light diffusely, and 0.04 / 4 of the light straight back by
     // specular reflection.
     EXPECT_NEAR(wall.atCenter().g, (0.96 + 0.04 / 4) / std::numbers::pi, 1e-6);
 }

@@ -104,7 +104,7 @@ struct Arm {
         root.trs.reset();
         scene.nodes = {mesh, root, nodeAt({0, 1, 0})};
         scene.scenes = {{"", {0, 1}}};
-        // The second bone turns by a right angle about Z, which rotates up to −X.
+        // The second bone turns by a right angle about Z, which rotates +Y to −X.
         const float h = std::sqrt(0.5F);
         scene.animations = {moving(2, AnimatedProperty::kRotation, {0, 0, 0, 1}, {0, 0, h, h})};
     }
@@ -169,7 +169,8 @@ TEST(Skin, TurnsNormalsWithTheInverseTransposeAndMirrors) {
 }
 
 TEST(Skin, IsMirroredByTheJointsThatMoveIt) {
-    // The first joint is mirrored. The second is not, and all vertices follow it after the change.
+    // The first joint is mirrored, the second is not. The first check uses both joints, the second
+    // check only the second joint.
     Arm arm;
     arm.scene.skins[0].inverse_bind[0] = glm::scale(glm::dmat4(1), glm::dvec3(-1, 1, 1));
     Primitive& strip = arm.scene.meshes[0].primitives[0];
@@ -187,8 +188,8 @@ TEST(Skin, IsMirroredByTheJointsThatMoveIt) {
 TEST(Skin, TakesAllJointSetsAndScalesWeights) {
     Arm arm;
     Primitive& strip = arm.scene.meshes[0].primitives[0];
-    // Two joint sets that together give the same weights: the first set has a third of them, the
-    // second two thirds, and their sum is 30 instead of 1.
+    // The two joint sets together give the same relative weights: a third of each weight is in the
+    // first set, two thirds in the second. The sum of the weights is 30 instead of 1.
     JointSet second = strip.joint_sets[0];
     for (auto& weights : strip.joint_sets[0].weights)
         weights *= 10;

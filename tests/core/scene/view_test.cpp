@@ -57,7 +57,8 @@ TEST(WorldPosition, LiesOnTheRayOfThePixel) {
     view.height = 20;
     view.projection.half_width = 2;
     view.projection.half_height = 1;
-    // The camera is at (10, 20, 30) and looks along the world's +X; its own +X is the world's +Z.
+    // The camera is at (10, 20, 30) and looks along the world's +X; the camera's +X is the world's
+    // +Z.
     view.camera_to_world = {{0, 0, 1, 0}, {0, 1, 0, 0}, {-1, 0, 0, 0}, {10, 20, 30, 1}};
     const auto expectPoint = [&](double x, double y, double z, const glm::dvec3& expected) {
         const glm::dvec3 point = worldPosition(view, x, y, z);

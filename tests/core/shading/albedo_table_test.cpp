@@ -83,8 +83,8 @@ TEST(AlbedoTable, OfSheenGrowsTowardGrazingAngles) {
 }
 
 /// Returns the mean direction of GGX's reflection, integrated over the hemisphere, for a viewer in
-/// the XZ plane on the side of -X. The mean is that of the part scaled by F0 or, with `bias`, by
-/// F90.
+/// the XZ plane on the side of -X. Takes the mean over the part of the reflection that F0 scales
+/// or, with `bias`, over the part that F90 scales.
 glm::dvec3 meanDirection(bool bias, double roughness, double n_dot_v) {
     const double a2 = std::pow(roughness, 4);
     const glm::dvec3 v(-std::sqrt(1 - n_dot_v * n_dot_v), 0, n_dot_v);

@@ -135,8 +135,9 @@ double reflectedByGgx(double f0, double alpha, const glm::dvec3& n, const Light3
     return integral(n, lobe, light) + albedo * mean * missing / (1 - mean * missing) * around;
 }
 
-// If light is linear in the direction, a lobe's result depends only on its mean direction and on
-// the mean cosine with that direction. These are the two parameters of the lookup.
+// If light is linear in the direction, a lobe's result depends only on the lobe's mean direction
+// and on the mean cosine of the angle to the mean direction. These are the two parameters of the
+// lookup.
 TEST(EnvironmentLobes, OfRoughMetalsLookWhereTheyReflect) {
     Material m;
     m.metallic = 1;

@@ -76,14 +76,13 @@ TEST(EnvironmentMaps, HalfWhiteHalfBlackHasTheIrradianceOfAHemisphere) {
     forEachTexel(maps.irradiance, [](glm::vec3 n, glm::vec3 value) {
         ASSERT_NEAR(value.g, 0.5 + 0.5 * double(n.y), 0.01);
     });
-    // A lobe about the horizon covers both halves equally, for any width.
+    // A lobe around a horizontal axis covers both halves equally, for any width.
     for (const CubeMap& level : maps.radiance) {
         const auto row = static_cast<std::size_t>(level.size / 2 * level.size);
         const double mean = 0.5 * double(level.texels[row].g + level.texels[row - 1].g);
         EXPECT_NEAR(mean, 0.5, 0.02) << level.size;
     }
-    // The texel straight up sees only white, even with the roughest lobe. The lobe's mirrored
-    // directions are distributed as the cosine squared and weighted by the cosine.
+    // The texel straight up sees only white: even the roughest lobe ends at the horizon.
     EXPECT_NEAR(maps.radiance.back().texels[2 * 64 + 3 * 8 + 3].g, 1, 0.02);
 }
 

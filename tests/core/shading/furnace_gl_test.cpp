@@ -219,8 +219,7 @@ TEST(Environment, LightsASphereLikeTheHemisphereAboveIt) {
 }
 
 TEST(Environment, IsMirroredWhereItIs) {
-    // A mirror that faces the viewer shows the environment behind the viewer: first along +Z, then,
-    // after rotation, along +X.
+    // A mirror that faces the viewer shows the environment behind the viewer, along +Z.
     SceneBuilder builder;
     const int index = builder.lit(builder.material({1, 1, 1, 1}, AlphaMode::kOpaque));
     Material& mirror = builder.scene().materials[static_cast<std::size_t>(index)];
@@ -241,7 +240,7 @@ TEST(Environment, IsMirroredWhereItIs) {
     };
     EXPECT_GT(middle(0).g, 0.95F);
     EXPECT_LT(middle(0).r + middle(0).b, 0.05F);
-    // Rotation moves the former −X to +Z. It is at u = 0.75, between green and blue.
+    // A rotation by 90 degrees moves the former −X, at u = 0.75 between green and blue, to +Z.
     EXPECT_NEAR(middle(90).g, middle(90).b, 0.02F);
     EXPECT_NEAR(middle(-90).g, middle(-90).r, 0.02F);
     EXPECT_LT(middle(180).g, 0.05F);

@@ -38,8 +38,8 @@ TEST(Clearcoat, HasANormalOfItsOwn) {
     m.clearcoat.factor = 1;
     m.clearcoat.roughness = 0.3F;
     LitWall wall(m);
-    // The normal leans by 30 degrees toward +X, so it reflects a lamp at 60 degrees straight at the
-    // viewer.
+    // The normal leans by 30 degrees toward +X, so the light of a lamp at 60 degrees is reflected
+    // straight at the viewer.
     const glm::vec3 n(0.5F, 0, std::sqrt(0.75F));
     const auto byte = [](float v) {
         return static_cast<std::uint8_t>(std::lround((v * 0.5F + 0.5F) * 255));
@@ -109,8 +109,8 @@ double airy(double film, double base, double thickness, double wavelength) {
 }
 
 TEST(Iridescence, IsTheInterferenceOfAThinFilm) {
-    // Green is near 540 nm, red near 610 nm and blue near 450 nm. Each is a band: for films of
-    // moderate thickness, the colour is the integral over the band.
+    // Green is near 540 nm, red near 610 nm and blue near 450 nm. Each colour is a band. For films
+    // of moderate thickness, the reflectance is the integral over the band.
     const auto band = [](double film, double base, double thickness, double middle) {
         double sum = 0, weights = 0;
         for (double w = middle - 60; w <= middle + 60; w += 2) {

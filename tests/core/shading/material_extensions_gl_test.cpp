@@ -131,7 +131,8 @@ TEST(Anisotropy, TurnsWithTheTransformOfItsTexture) {
     Material m = whiteMetal(0.5F);
     m.anisotropy.strength = 0.6F;
     const double ab = 0.25, at = ab + (1 - ab) * 0.36;
-    // U' = cos U + sin V, and V runs down the image, so U' grows in the direction of −35 degrees.
+    // U' = cos 35° · U + sin 35° · V, and V runs down the image, so U' grows in the direction of
+    // −35 degrees.
     const double c = std::cos(35 * kPi / 180), s = std::sin(35 * kPi / 180);
     const glm::mat3 turn(glm::dmat3(c, -s, 0, s, c, 0, 0, 0, 1));
     LitWall wall(m);
@@ -231,8 +232,8 @@ TEST(MaterialExtensions, FitTheDeviceAllAtOnce) {
 }
 
 TEST(MaterialExtensions, AreScaledByTheirTextures) {
-    // Every texture is a single colour, so factors with the same products must give the same
-    // picture.
+    // Every texture has a single colour, so factors multiplied by that colour must give the same
+    // picture without textures.
     const auto picture = [](bool textured) {
         Material m = black(0.5F);
         m.base_color = {0.3F, 0.3F, 0.3F, 1};

@@ -31,7 +31,7 @@ TEST(Mipmaps, ColoursAreAveragedAsLightAndAlphaAsItIs) {
 }
 
 TEST(Mipmaps, OddSizesWeighWhatTheyCover) {
-    // Five texels are reduced to two. Each covers 2.5 of the five.
+    // Five texels are reduced to two. Each of the two covers 2.5 of the five.
     const Image small = halved(image(5, 1, {10, 20, 30, 40, 50}), false);
     ASSERT_EQ(small.width, 2);
     EXPECT_EQ(small.rgba[0], 18);  // (10 + 20 + 15) / 2.5

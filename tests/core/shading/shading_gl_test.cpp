@@ -39,8 +39,8 @@ Scene leaningQuad(bool mapped, bool normals, bool tangents) {
 }
 
 TEST(Shading, NormalMapsTurnWithTheSurface) {
-    // On rotated, mirrored and scaled surfaces, too, a normal map must look like the geometry that
-    // it represents.
+    // A normal map must look like the geometry that it represents, also on rotated, mirrored and
+    // scaled surfaces.
     const auto scaled = [](double x, double y, double z, double back) {
         glm::dmat4 m(1);
         m[0][0] = x, m[1][1] = y, m[2][2] = z, m[3][2] = back;
@@ -93,7 +93,7 @@ glm::mat3 turnedAndScaled(double degrees, double u, double v) {
     return glm::mat3(glm::dmat3(c * u, -s * u, 0, s * v, c * v, 0, 0.25, 0.5, 1));
 }
 
-/// The same tilted normal map, for the surface and for its clearcoat.
+/// The texture that takes the tilted normal map: the surface's, or its clearcoat's.
 using MapOf = std::function<TextureRef&(Material&)>;
 const std::pair<const char*, MapOf> kNormalMaps[] = {
     {"normal texture", [](Material& m) -> TextureRef& { return m.normal_texture; }},
@@ -133,8 +133,8 @@ TEST(Shading, NormalMapsTurnWithTheirTextures) {
 }
 
 TEST(Shading, ATurnedNormalMapLeansAsFarTheOtherWay) {
-    // U' = cos U + sin V, and U and V are along +X and −Y. If the map rotates by an angle, its tilt
-    // rotates by the opposite angle about the surface's normal.
+    // U' = cos φ · U + sin φ · V, and U and V are along +X and −Y. So rotating the map by φ rotates
+    // its tilt by −φ about the surface's normal.
     const glm::vec3 texel = glm::vec3(218, 150, 200) / 255.0F * 2.0F - 1.0F;
     for (const double degrees : {0.0, 90.0, 180.0, -50.0}) {
         SCOPED_TRACE(degrees);

@@ -26,7 +26,7 @@ CaptureSettings withShadows(int size) {
 }
 
 /// Renders of one view with shadows, without shadows, and without light. A fragment with shadows
-/// must have the colour without shadows (lit), the colour without light (in shadow), or one in
+/// must have the colour without shadows (lit), the colour without light (in shadow), or a colour in
 /// between.
 struct Exposures {
     LayeredImage shadowed, lit, dark;
@@ -122,7 +122,7 @@ TEST(Shadows, OfASpotLightLieWhereTheRaysEnd) {
     // The light at (0.3, 0.2, 0) casts a shadow of twice the square's size.
     builder.light(spot, *lookAlong({0.3, 0.2, 0}, {0, 0, -1}, {1, 2, 0}));
     // A texel of the map covers 2 · 4 · tan(1) · 1.01 / 1024 of the wall, and is rotated relative
-    // to it.
+    // to the wall.
     expectShadow(builder.scene(), 1024, {-0.9, -0.8}, {0.3, 0.4}, 0.025);
 }
 
@@ -131,8 +131,8 @@ TEST(Shadows, AreCastThroughTheHolesOfMasksAndByBothFaces) {
     Material& leaf = builder.scene().materials[builder.scene().meshes[1].primitives[0].material];
     leaf.double_sided = true;
     Primitive& square = builder.scene().meshes[1].primitives[0];
-    // Alpha is interpolated from 0 at the left edge to 1 at the right, so the cutoff 0.5 keeps x >
-    // 0.
+    // Alpha is interpolated from 0 at the left edge to 1 at the right. With the cutoff 0.5, the
+    // half with x > 0 remains.
     for (const glm::vec3& p : square.positions)
         square.colors.push_back({1, 1, 1, p.x > 0 ? 1 : 0});
     builder.light(lightOf(LightType::kDirectional, 2),
@@ -178,8 +178,8 @@ TEST(Shadows, SurfacesThatCoincideAreLit) {
     SceneBuilder builder = wallAndSquare(-3, AlphaMode::kOpaque);
     const int white = builder.scene().meshes[0].primitives[0].material;
     builder.rectangle(4, 4, -4, white);
-    // A second square coincides with the first but has the other diagonal, so its depths differ by
-    // rounding.
+    // A second square coincides with the first but has the other diagonal, so the depths of the two
+    // squares differ by rounding.
     builder.quad({0.3, -0.3, -3}, {0.3, 0.3, -3}, {-0.3, 0.3, -3}, {-0.3, -0.3, -3}, white);
     builder.light(lightOf(LightType::kDirectional, 2),
                   *lookAlong({7, 8, 9}, {0.5, -0.25, -1}, {0, 1, 0}));
@@ -215,8 +215,7 @@ TEST(Shadows, AreFreeOfAcneWithoutABias) {
         const Exposures seen(builder.scene(), view, 2048);
         std::size_t facing = 0, away = 0, wrong = 0;
         forEach(seen, view, [&](std::size_t f, const glm::dvec3& p) {
-            // If the nearest fragment faces the light, it is lit; if it faces away, it is in
-            // shadow.
+            // The nearest fragment is lit if it faces the light, and in shadow if it faces away.
             const double cosine = -glm::dot(p - glm::dvec3(0, 0, -3), glm::normalize(forward));
             if (cosine > 0.05) {
                 ++facing;

@@ -66,8 +66,8 @@ TEST(Transmission, OfColouredGlassIsAsMuchAsItsColourLetsPass) {
 }
 
 TEST(Transmission, LeavesReflectionsAtFullStrength) {
-    // With light from all directions, the pane shows its specular reflection and the rest of the
-    // diffuse light.
+    // With light from all directions, the pane shows its specular reflection and the diffuse light
+    // that is not transmitted.
     Pane clear({1, 1, 1, 1}, 1), half({1, 1, 1, 1}, 0.5F), none({1, 1, 1, 1}, 0);
     for (Pane* pane : {&clear, &half, &none}) {
         pane->material().roughness = 0;

@@ -136,7 +136,7 @@ TEST(ManyCameras, ATurntableIsAsNearAsTheWholeTurnAllows) {
     }
 }
 
-/// A moving scene counts at all times, by its bounds; so its margins are at least as large.
+/// A moving scene is framed by its bounding boxes over all times.
 TEST(ManyCameras, ATurntableOfAMovingSceneFramesItsBounds) {
     const Scene scene = boxScene();
     const auto cameras =

@@ -35,7 +35,7 @@ View movedView(View view, const glm::dvec3& by) {
     return view;
 }
 
-/// Returns the view rotated about the point of its axis at this distance.
+/// Returns the view rotated about the point on the view's axis at this distance.
 View orbited(View view, double distance, double degrees) {
     const glm::dvec3 center(0, 0, -distance);
     view.camera_to_world = glm::translate(glm::dmat4(1), center) *
@@ -65,7 +65,6 @@ LayeredImage seenFrom(const LayeredImage& image, const View& from, const View& t
     return whole;
 }
 
-/// Returns the colour of a pixel's only fragment.
 Color onlyFragment(const LayeredImage& image, int x, int y) {
     const std::size_t pixel = image.pixelIndex(x, y);
     EXPECT_EQ(image.count(pixel), 1U) << x << ' ' << y;
@@ -210,8 +209,8 @@ TEST(Reprojection, ATiltedPlaneHasNoCracksAndLiesWhereItShould) {
 
 TEST(Reprojection, EdgesDoNotGrow) {
     // A ball of radius 1 is captured at distance 4, and seen from other directions at the same
-    // distance. No pixel outside its silhouette may be covered, and few pixels of its visible part
-    // may be missing.
+    // distance. No pixel outside the ball's silhouette may be covered, and few pixels of the
+    // visible part may be missing.
     constexpr int kSize = 240;
     constexpr double kPixel = 1.6 / kSize;
     View from = viewOf(kSize, kSize);
@@ -240,7 +239,8 @@ TEST(Reprojection, EdgesDoNotGrow) {
                 const double z = hit(ray(x, y));
                 const std::uint32_t count = seen.count(seen.pixelIndex(x, y));
                 if (count > 0) {
-                    // Pixel corners may be outside the silhouette's tangent cone.
+                    // A covered pixel may extend beyond the silhouette's tangent cone by up to half
+                    // its diagonal.
                     const glm::dvec3 d = glm::normalize(ray(x, y));
                     const double angle = std::acos(-d.z) - std::asin(0.25);
                     EXPECT_LT(angle, 0.71 * kPixel) << degrees << ": " << x << ' ' << y;

@@ -11,7 +11,8 @@
 namespace peeler::test {
 namespace {
 
-/// Returns an orthographic view with pixels of one unit. The step in Z between pixels is the slope.
+/// Returns an orthographic view with pixels of one unit, so that a plane's step in Z from pixel to
+/// pixel is its slope.
 View unitView(int width, int height) {
     View view;
     view.width = width;
@@ -21,8 +22,8 @@ View unitView(int width, int height) {
     return view;
 }
 
-/// Returns the fragment on this side that continues the k-th fragment of (x, y), as an index into
-/// the list of its pixel; −1 = none.
+/// Returns the fragment in the neighbouring pixel on this side that continues the k-th fragment of
+/// (x, y), as an index into the list of the neighbouring pixel; −1 = none.
 int placeOfNext(const LayeredImage& image, const SurfaceLinks& links, int x, int y, int k,
                 Side side) {
     const std::uint32_t next =
