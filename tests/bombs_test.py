@@ -264,7 +264,7 @@ def chunk(kind, data):
 
 
 def packed(size):
-    """Returns `size` zeros deflated to a thousandth: the same compressed MiB repeated."""
+    """Returns `size` zeros deflated to a thousandth of the size: the same compressed MiB repeated."""
     packer = zlib.compressobj(9, zlib.DEFLATED, -15)
     mebibyte = packer.compress(bytes(1 << 20)) + packer.flush(zlib.Z_FULL_FLUSH)
     return mebibyte * (size >> 20) + packer.compress(bytes(size % (1 << 20))) + packer.flush()
@@ -429,8 +429,8 @@ def varint(number):
     return out + bytes([number])
 
 
-# The Draco data (https://google.github.io/draco/spec/) of a symbol decoder (rANS) with a single symbol. The symbol has
-# probability 1, so it takes no bits.
+# A Draco symbol decoder (rANS, https://google.github.io/draco/spec/) with a single symbol of probability 1. The symbols
+# take no bits.
 NOTHING = bytes([1, 1]) + varint(1) + bytes([1, 64]) + varint(1) + b"\0"
 
 
@@ -439,8 +439,8 @@ def draco_header(method, flags=0):
 
 
 def draco(folder, data, count, primitives=1, fallback=False):
-    """Writes a scene of primitives with `count` triangles each. Each has its own accessors, but all share the Draco
-    data."""
+    """Writes a scene of primitives with `count` triangles each. Each primitive has its own accessors, but all
+    primitives share the Draco data."""
     scene = triangle()
     (folder / "mesh.drc").write_bytes(data)
     scene["extensionsUsed"] = ["KHR_draco_mesh_compression"]
@@ -477,14 +477,14 @@ def edgebreaker(symbols):
 
 
 def quadratic(count):
-    """Returns 4 * `count` triangles that merge with a vertex one by one; each time, the decoder visits all triangles of
-    the vertex."""
+    """Returns about 4 * `count` triangles that merge with a vertex one by one. For each of them, the decoder visits all
+    triangles of the vertex."""
     return edgebreaker("E" * count + "SCC" * (count - 1))
 
 
 def values_without_bits(faces, attributes):
-    """Returns attributes with four numbers for each of three vertices per triangle. All numbers together take seven
-    bytes, in addition to the description."""
+    """Returns attributes with four numbers for each of three vertices per triangle. NOTHING codes all values of an
+    attribute in seven bytes."""
     described = b"".join(b"\0\5\4\0" + varint(i) for i in range(attributes)) + b"\1" * attributes
     counts = varint(faces) + varint(3 * faces) + b"\0" + NOTHING + b"\1" + varint(attributes)
     return draco_header(0) + counts + described + (b"\xfe\1" + NOTHING) * attributes + bytes(3 * faces)

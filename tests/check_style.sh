@@ -1,8 +1,9 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# Runs clang-format on every source file. Runs clang-tidy on the product's files in a build folder: on a selection of
-# files (style_units.py) or, with `all`, on all. clang-tidy gets many files as one unit, because it would take twenty
-# times as long with one file at a time.
+# Runs clang-format on every source file. Runs clang-tidy on the product's files in a build folder: with `all`, on all
+# files; otherwise on the files that differ from the last landed commit and a quarter of the others in turn, but on at
+# most half of all files (style_units.py). clang-tidy gets many files as one unit, because separate files would take
+# twenty times as long.
 #   sh tests/check_style.sh BUILD_FOLDER [all]
 set -eu
 cd "$(dirname "$0")/.."

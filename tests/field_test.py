@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tests that small files from other programs ($PEELER_FIELD, or ../shared/field by default) are drawn correctly.
 
-Skipped, with the reason, if the folder does not exist. Other tests generate similar files. PEELER is the program.
+Skipped, with the reason, if the folder does not exist. PEELER is the program.
 """
 
 import os

@@ -42,7 +42,8 @@ class Mutation:
     def __init__(self, rule, file, text, begin, end, mutated, where):
         self.rule, self.file, self.begin, self.end, self.mutated = rule, file, begin, end, mutated
         self.line = text.count(b"\n", 0, begin) + 1
-        # The place is identified by its context, not its line, so that an edit above it does not change the choice.
+        # The place is identified by its context instead of its line, so that edits above the place do not change the
+        # choice.
         self.place = f"{rule} {file} {where} {text[begin:end].decode(errors='replace')} {mutated}"
 
     def __str__(self):

@@ -47,7 +47,7 @@ def turn_of(source):
 
 
 def commands(build):
-    """Returns {.cpp: (folder, compiler and flags)}, and the set of files that the build compiles alone."""
+    """Returns {.cpp: (folder, compiler and flags)}, and the set of the files that the build compiles alone."""
     found, alone = {}, set()
     for entry in json.loads((build / "compile_commands.json").read_text()):
         words = shlex.split(entry["command"].partition(" -o ")[0])

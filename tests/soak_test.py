@@ -32,8 +32,8 @@ SECONDS = float(os.environ.get("PEELER_SOAK_SECONDS", 3600)) if ALL else 0
 FRAMES, JOBS, PROCESSES, PICTURES = (20_000, 2_000, 8, 40) if ALL else (72, 12, 3, 6)
 LARGEST_MODEL = 300_000  # in bytes
 MOST_GROWTH = 6 << 20  # the maximum growth of allocator overhead, in bytes
-# Over many rounds, gaps between allocations accumulate, ever more slowly. Their memory cannot be returned to the
-# system.
+# Over many rounds, the heap fragments further, at a falling rate. Memory lost to fragmentation cannot be returned to
+# the system.
 MOST_RESIDENT_GROWTH = (32 << 20) if ALL else MOST_GROWTH
 MOST_OF_JOB = 8 << 10  # the maximum memory of a batch per job, for its line and result, in bytes
 GL_OBJECTS = 31  # the index of this count in the record of failing_calls.h
@@ -149,8 +149,8 @@ class Soak(unittest.TestCase):
         with open(record, "wb") as file:
             file.truncate(1 << 20)
         environment = {**os.environ, "LD_PRELOAD": COUNTER, "PEELER_FAILING_RECORD": str(record), "LP_NUM_THREADS": "0"}
-        # A driver may compile or keep data in any round, so a single jump may be no leak. Further rounds
-        # decide.
+        # A driver may compile shaders or cache data in any round, so one jump in memory need not be a leak. The second,
+        # longer run decides.
         for frames in (FRAMES, 4 * FRAMES):
             grown = self.render(environment, record, frames)
             if max(grown.values()) < MOST_RESIDENT_GROWTH:

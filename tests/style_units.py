@@ -3,13 +3,13 @@
 
     style_units.py BUILD_FOLDER OUT_FOLDER [all]
 
-Takes the files that differ from the last landed commit or whose first include differs, and a quarter of the others (a
-different quarter at every commit), but at most a random half of all files. With `all`, takes all files.
+Takes the files that differ from the last landed commit (or whose first include differs), and a random quarter of the
+others, a different quarter at every commit, but at most half of all files. With `all`, takes all files.
 
-clang-tidy spends most of a unit's time on library headers, and little more for each of our files after them. Files with
-the same flags and folder become one unit: a file of includes in OUT_FOLDER, next to a compile_commands.json for the
-units. Prints the paths of the units, the largest unit first. Skips tests, and files of the product that tests compile
-again."""
+clang-tidy spends most of a unit's time on library headers, so files with the same flags become one unit: a file of
+includes in OUT_FOLDER, next to a compile_commands.json for the units. Prints the paths of the units, the largest unit
+first. Skips tests, and files of the product that tests compile again.
+"""
 
 import json
 import pathlib

@@ -29,7 +29,7 @@ void forEachModel(const fs::path& assets, const std::function<void(const Scene&)
             try {
                 body(readGltf(file));
             } catch (const Error&) {
-                // Other tests cover rejected files.
+                // Another test covers rejected files.
             }
         }
     }

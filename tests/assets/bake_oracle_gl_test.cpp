@@ -19,7 +19,8 @@ struct Model {
     double bound;  // limit of the error with 256 directions: 1.5 times the measured error
 };
 
-// The second model has thin shells, which need denser rays (tests/benchmarks/bake_ao.cpp).
+// The second model's bound is larger: its thin shells need denser rays
+// (tests/benchmarks/bake_ao.cpp).
 constexpr Model kModelsToBake[] = {
     {"Duck/glTF-Quantized/Duck.gltf", 0.015},
     {"DamagedHelmet/glTF-Binary/DamagedHelmet.glb", 0.043},

@@ -49,16 +49,16 @@ TEST_P(CompressedLayers, AreThoseOfThePlainModel) {
     cmd::CameraOptions camera;
     camera.size = {320, 240};
     const PosedScene shown(plain);
-    // Both models get the same camera. Framing each would depend on its bounds, which quantisation
-    // changes.
+    // Both models get the same camera. The default framing would depend on the bounds, which
+    // quantisation changes.
     const View view = cmd::makeView(shown, SceneExtent(shown), camera);
     const LayeredImage a = layersOf(plain, view), b = layersOf(variant, view);
     const Bounds box = *shown.bounds();
     const glm::dvec3 size = box.max - box.min;
     const double step = std::max({size.x, size.y, size.z}) * std::ldexp(1.0, -GetParam().bits);
 
-    // Edges move by less than a pixel, so some pixels gain or lose a layer; on steep surfaces Z
-    // changes by more than a step. All other layers must stay in place.
+    // Quantisation moves edges by less than a pixel, so a few pixels gain or lose a layer. On steep
+    // surfaces, Z changes by more than a step.
     std::size_t covered = 0, other_count = 0, moved = 0, fragments = 0, recolored = 0;
     for (std::size_t p = 0; p + 1 < a.offsets.size(); ++p) {
         const std::size_t count = a.offsets[p + 1] - a.offsets[p];

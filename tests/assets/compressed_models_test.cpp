@@ -17,8 +17,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The triangles of all drawn meshes in world space, and the longest side of any mesh's bounding
-/// box in world space, which quantisation divides into steps.
+/// The triangles of all drawn meshes in world space. `longest` is the longest side of any mesh's
+/// bounding box; quantisation divides this side into steps.
 struct Soup {
     std::vector<std::array<glm::dvec3, 3>> triangles;
     double longest = 0;
@@ -120,7 +120,8 @@ const Pair kPairs[] = {
      "AnimatedMorphCube/glTF-Quantized/AnimatedMorphCube.gltf", 14},
     {"BoxTexturedMeshopt", "BoxTextured/glTF/BoxTextured.gltf",
      "BoxTexturedMeshopt/BoxTextured_meshopt.glb", 14},
-    // The second file stores the decoded data of the first, so both are the same bit for bit.
+    // The second file stores the decoded data of the first, so the two models are the same bit for
+    // bit.
     {"MeshoptWithAndWithoutFallback", "MeshoptFallback/meshopt-fallback.gltf",
      "MeshoptNoFallback/meshopt-no-fallback.gltf", 60},
 };
@@ -133,8 +134,8 @@ TEST_P(CompressedModels, HaveTheTrianglesOfThePlainOne) {
     const Soup plain = decodedSoup(readGltf(folder / GetParam().plain));
     const Soup variant = decodedSoup(readGltf(folder / GetParam().variant));
     ASSERT_FALSE(plain.triangles.empty());
-    // The tolerance is half a step of rounding per axis, plus half a step for the digits of the
-    // plain file.
+    // The tolerance per axis is one step: half a step for quantisation, and half a step for rounded
+    // numbers in the plain file.
     const double step = plain.longest * std::ldexp(1.0, -GetParam().bits);
     std::printf("%s: %zu and %zu triangles, step %.3g\n", GetParam().name, plain.triangles.size(),
                 variant.triangles.size(), step);

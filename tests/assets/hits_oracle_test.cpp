@@ -17,9 +17,9 @@
 namespace peeler::test {
 namespace {
 
-/// The limit of an error, in ray spacings. Neighbouring rays are 65,536 grid steps apart; snapping
-/// moves corners by up to half a step along each axis, and the error of the oracle's double
-/// precision is much smaller.
+/// The limit of an error, in ray spacings. Neighbouring rays are 65,536 grid steps apart. Snapping
+/// moves corners by up to half a step along each axis; the oracle, in double precision, has much
+/// smaller errors.
 constexpr double kTwoSteps = 2.0 / 65536;
 
 void expectAgreement(const std::string& name, const Scene& scene, int directions, int resolution) {
@@ -34,7 +34,6 @@ void expectAgreement(const std::string& name, const Scene& scene, int directions
     }
     agreement.print(name);
     EXPECT_GT(agreement.hits, agreement.rays / 10);
-    // At most 0.0005 % of the rays may differ.
     EXPECT_LE(static_cast<double>(agreement.differing), 5e-6 * static_cast<double>(agreement.rays));
     EXPECT_LE(agreement.farthest, kTwoSteps);
     EXPECT_LE(agreement.largest_error, 1e-7);

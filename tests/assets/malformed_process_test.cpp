@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs the command on deliberately broken files. It must give a picture or an input error, within
-// limits of time and memory, but never a picture with missing geometry.
+// Runs the command on deliberately broken files. Within limits of time and memory, the command must
+// write a picture or report an input error, and must never write a picture with missing geometry.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -21,9 +21,9 @@ namespace fs = std::filesystem;
 
 constexpr std::uint64_t kMostMemory = std::uint64_t{512} << 20;
 
-/// An error code of the Khronos validator for faults that make geometry unusable, so the file must
-/// be rejected. Only errors at JSON pointers that begin with `below` count ("" = any): after errors
-/// elsewhere (a missing image, a skin without joints) there is still something to draw.
+/// An error code of the Khronos validator for a fault that makes geometry unusable. peeler must
+/// reject the file if the error's JSON pointer begins with `below`. After errors elsewhere (a
+/// missing image, a skin without joints), peeler can still draw the rest.
 struct Unusable {
     const char* code;
     const char* below;

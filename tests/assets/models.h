@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Real models without animations, skins, morph targets and most extensions.
+// Real models without animations, skins and morph targets, and with only a few known extensions.
 #pragma once
 
 #include <filesystem>
@@ -12,7 +12,7 @@
 namespace peeler::test {
 
 /// Returns the models of gltf-sample-assets (listed in its MODELS.tsv) that have no animation, skin
-/// or morph target and no extensions other than `known`; and the example scenes.
+/// or morph target, and no extensions other than `known`. Adds the example scenes.
 inline std::vector<std::filesystem::path> staticModels(const std::filesystem::path& assets) {
     const std::set<std::string> known = {"KHR_mesh_quantization", "KHR_texture_transform",
                                          "KHR_materials_unlit", "KHR_xmp"};

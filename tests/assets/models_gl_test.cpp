@@ -23,8 +23,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Composites the model on the fly with each of these methods, and compares with the composite of
-/// the layers.
+/// Composites the model on the fly with each of these methods, and compares each result with the
+/// composite of the layers.
 void compareComposites(GlRenderer& renderer, const View& view, const CaptureSettings& base,
                        const std::vector<MethodInfo>& methods, const LayeredImage& layers) {
     CompositeImage wanted, shown;
@@ -45,8 +45,7 @@ void compareComposites(GlRenderer& renderer, const View& view, const CaptureSett
             }
         }
         EXPECT_LT(worst, 1e-5F) << method.name;
-        // Methods without GPU compositing use the CPU as well, so their composites must have the
-        // same bits.
+        // Methods without GPU compositing also composite on the CPU, so the bits must be equal.
         if (method.composite || settings.max_layers != 0) continue;
         EXPECT_EQ(std::memcmp(wanted.rgba.data(), shown.rgba.data(),
                               wanted.rgba.size() * sizeof wanted.rgba[0]),
@@ -55,8 +54,8 @@ void compareComposites(GlRenderer& renderer, const View& view, const CaptureSett
     }
 }
 
-/// Returns the exact methods or, in the short run, a random third of them, which is the same
-/// in every run.
+/// Returns the exact methods; in the short run, every third of them from a random start, with a
+/// fixed seed.
 std::vector<MethodInfo> exactMethods() {
     static std::minstd_rand random;
     std::vector<MethodInfo> methods;

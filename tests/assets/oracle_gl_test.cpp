@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compares layers with an independent oracle: OpenEXR reads the file, the matrices in its header
-// give each pixel's ray, and Embree finds all hits of that ray. Compares the depth planes of the
-// .npz of the same picture with the same hits.
+// Compares layers with an independent oracle: OpenEXR reads the file, the matrices in the file's
+// header give each pixel's ray, and Embree finds all hits of that ray. Also compares the depth
+// planes of a .npz of the same picture with Embree's hits.
 #include <ImathMatrix.h>
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
@@ -29,8 +29,8 @@ namespace {
 namespace fs = std::filesystem;
 
 glm::dmat4 fromImath(const Imath::M44f& m) {
-    // Imath multiplies row vectors from the left, GLM column vectors from the right. Their matrices
-    // are transposes of each other, and Imath's rows are GLM's columns.
+    // Imath multiplies row vectors from the left, GLM column vectors from the right. So the
+    // matrices are transposes of each other, and Imath's rows are GLM's columns.
     glm::dmat4 out;
     for (int i = 0; i < 4; ++i)
         for (int j = 0; j < 4; ++j)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compares the hits before and after random points in real models with Embree's hits along the same
-// rays.
+// Compares the nearest hits before and after random points in real models with Embree's hits along
+// the same rays.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -18,11 +18,11 @@
 namespace peeler::test {
 namespace {
 
-/// Shares of points whose next hit is as far as Embree's, within an error relative to the scene's
-/// size.
+/// Shares of nearest hits whose distance agrees with Embree's. Errors are relative to the diagonal
+/// of the scene's bounding box.
 struct AgreeingShares {
-    double coarse = 0;  ///< share of points with an error of at most 1e-3
-    double fine = 0;    ///< share of points with an error of at most 1e-6
+    double coarse = 0;  ///< error of at most 1e-3
+    double fine = 0;    ///< error of at most 1e-6
 };
 
 AgreeingShares agreement(const std::filesystem::path& file, int resolution, unsigned seed) {

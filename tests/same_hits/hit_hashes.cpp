@@ -48,8 +48,8 @@ class Hash {
     std::uint64_t value_ = 0xCBF29CE484222325U;
 };
 
-/// Returns triangles of all sizes with exact coordinates, which are the same in every build. A
-/// texture cuts out parts of a third of them.
+/// Returns triangles of many sizes. Their coordinates are exact in binary, so all builds start with
+/// the same scene. A texture cuts holes into a third of the triangles.
 Scene generated() {
     std::mt19937 random(20);
     const auto number = [&](int bits) {

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs the command on every model of the glTF collections, in small pictures. It writes a picture with all channels,
-arrays, hits and baked values, or rejects the file. Looks for sanitizer errors, which have an exit code of their own.
+"""Runs the command on every model of the glTF collections, in small pictures. The command writes a picture with all
+channels, arrays, hits and baked values, or rejects the file. Looks for sanitizer errors, which have an exit code of their own.
 
     PEELER=build/asan/peeler python3 -B tests/sanitizers/every_model_test.py I/N
 

@@ -11,7 +11,6 @@
 namespace peeler::test {
 namespace {
 
-// Items of lists in formats/README.md.
 constexpr const char* kArrayMaterial =
     "`base_color`, `metallic`, `roughness`, `double_sided`, as in glTF; `alpha_mode`: OPAQUE, "
     "MASK, BLEND; `mode`: triangles, lines, points; `name`, `arrays_version`, `format`";

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests written array files, which numpy and zipfile read back, and .safetensors headers.
+// Tests array files by reading them back with numpy and zipfile. Also tests headers of .safetensors
+// files.
 #include "formats/arrays/array_writer.h"
 
 #include <gtest/gtest.h>
@@ -97,8 +98,6 @@ TEST(ArrayWriter, PiecesComeInAnyOrderFromAnyThread) {
             writer.append(0, asBytes(numbers));
             writer.append(1, asBytes(numbers));
         });
-        // The pieces have odd lengths, so that their ends lie at the ends of blocks and inside
-        // blocks.
         std::vector<std::size_t> ends{0, 1, 3, 4, 1000, 1001, 5000, 5013, 9999, numbers.size()};
         for (const std::uint32_t seed : {1U, 2U, 3U}) {
             std::vector<std::size_t> pieces(2 * (ends.size() - 1));

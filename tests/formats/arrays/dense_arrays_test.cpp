@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests fragment lists as dense planes: known lists, and pictures whose planes must have the same
-// numbers as their lists.
+// Tests fragment lists as dense planes: known lists, and generated pictures.
 #include <Imath/half.h>
 #include <gtest/gtest.h>
 
@@ -53,8 +52,8 @@ void expectSame(const std::vector<float>& got, const std::vector<float>& expecte
 constexpr DensePlanes::Column kNumber{NumberType::kFloat, 1};
 
 TEST(DensePlanes, TheKthOfAListIsInPlaneK) {
-    // Three pixels with one, no and three fragments. Offsets do not start at 0, as in the middle of
-    // a picture.
+    // Three pixels with one, no and three fragments. The offsets begin at 10, as for a band in the
+    // middle of a picture.
     const std::vector<std::uint32_t> offsets{10, 11, 11, 14};
     const std::vector<float> z{1, 2, 3, 4};
     expectSame(planes<float>({}, 2, kNumber, offsets, z), {1, kNan, kNan, kNan, 2, 3});
@@ -113,7 +112,6 @@ TEST(DensePlanes, HalfIsTheNearestAndTiesGoToEven) {
 }
 
 TEST(DensePlanes, RangesAreAllPixelsOnceAndNotTooMany) {
-    // One pixel has far more fragments than the others.
     std::vector<std::uint32_t> offsets{5};
     for (std::uint32_t p = 0; p < 100'000; ++p)
         offsets.push_back(offsets.back() + (p == 777 ? 1'000'000 : p % 3));
@@ -140,8 +138,8 @@ std::map<std::string, StoredArray> written(const ScratchDir& scratch, const Synt
     return readNpz(path);
 }
 
-/// Compares an array of planes with the lists of the same name; both have this number of
-/// components.
+/// Compares planes with the fragment lists of the same channels. Fragments have `components`
+/// numbers; missing fragments have the value `fill`.
 template <class T>
 void expectPlanes(const StoredArray& planes, const StoredArray& lists,
                   const std::vector<std::int64_t>& splits, std::size_t n, std::size_t components,

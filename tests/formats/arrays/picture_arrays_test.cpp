@@ -112,7 +112,7 @@ TEST_P(LayersInArrays, ComeBackAsTheyWere) {
     EXPECT_EQ(p.carried[1].value, asked.carried[1].value);
     EXPECT_EQ(reader->info().attributes().at("peeler:outputHash"), "89ab");
 
-    // A part of the picture must have its pixels, although the picture was written in two halves.
+    // The window spans several of the bands in which the picture was written.
     const Window part{20, 13, 41, 30};
     LayeredImage some;
     reader->read(part, some);
@@ -173,7 +173,6 @@ TEST(PictureArrays, CompositesAreReadAsPixels) {
     EXPECT_EQ(stored.z, expected.z);
     EXPECT_TRUE(isLoneComposite(OpenedPicture(path).info()));
     EXPECT_THROW(openLayered(path), Error);
-    // A .npz of a composite contains only the arrays. Its size is forecast exactly, too.
     const std::string npz = scratch / "a.npz";
     writePicture(*makeSink(npz, options), picture);
     EXPECT_EQ(forecastPicture(npz, picture.plan, options).bytes, std::filesystem::file_size(npz));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A writer of .safetensors files as other programs write them: sorted by name, without padding.
+// A writer of .safetensors files as other programs write them: arrays sorted by name, without
+// padding.
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests samples for LaRI and X-Ray, made of known fragments. tests/cmd reads such samples like
-// those projects' loaders.
+// Tests samples for LaRI and X-Ray, made of known fragments. Tests in tests/cmd read samples like
+// the loaders of LaRI and X-Ray.
 #include <Imath/half.h>
 #include <gtest/gtest.h>
 
@@ -58,7 +58,7 @@ SyntheticPicture fourHits() {
     FragmentArray facing{{"facing"}, PixelType::kHalf, {}},
         distance{{"distance"}, PixelType::kFloat, {}};
     for (int f = 0; f < 4; ++f) {
-        // The surfaces face the viewer, who is at −X. Only the second fragment shows its back face.
+        // The normals point to −X, toward the camera. Only the second fragment is a back face.
         for (const float n : {-1.0F, 0.0F, 0.0F})
             appendValue(normals.data, n);
         for (const float c : {0.0F, 0.25F, 1.0F})
@@ -100,8 +100,8 @@ TEST(LariSample, HasDepthsPoseAndAPictureOverBlack) {
     std::memcpy(pose.data(), npy.data() + 128, 96);
     EXPECT_EQ(pose, (std::vector<double>{0, -1, 0, -30, 0, 0, 1, -20, -1, 0, 0, 10}));
 
-    // Red is 0.5 + 0.5 · 0, and green behind it adds 0.5. Covered black pixels are stored as not
-    // quite black; alpha is the coverage.
+    // Pixel 0 has red 0.5, and green 0.5 · 1 from the fragment behind; 0.5 is 188 in sRGB. Covered
+    // black pixels are stored as 1 of 255; alpha is 255 wherever there is a fragment.
     const auto rgba = [&](std::size_t p) {
         const auto image = readFlatImage(path).image.rgba[p];
         std::array<long, 4> bytes{};

@@ -36,7 +36,7 @@ std::vector<std::uint8_t> box() {
     return values;
 }
 
-/// Writes the cells. Values of at least 2 mean inside.
+/// Writes the cells; cells with values of at least 2 are inside the solid.
 void writeCells(const std::string& path, const std::vector<std::uint8_t>& values) {
     const auto length = static_cast<std::size_t>(kCells.z);
     static_assert(kCells.z > 64 && kCells.z < 128);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A known camera, as the files of every format describe it.
+// A known camera, described in every camera file format.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -31,7 +31,7 @@ inline constexpr Size kKnownSize{640, 480};
 // forward) and −axis · eye.
 inline const std::string kKnownOpencvRows = "[0,1,0,-2],[0,0,-1,5],[-1,0,0,1]";
 inline const std::string kKnownOpenglRows = "[0,0,1,1],[1,0,0,2],[0,1,0,5]";
-/// The known pose in a world with +Z up. That world has (x, −z, y) for our (x, y, z).
+/// The known pose in Blender's axes (+Z up): our (x, y, z) is Blender's (x, −z, y).
 inline const std::string kKnownBlenderRows = "[0,0,1,1],[0,-1,0,-5],[1,0,0,2]";
 
 inline std::filesystem::path put(const std::filesystem::path& path, const std::string& text) {
@@ -40,7 +40,7 @@ inline std::filesystem::path put(const std::filesystem::path& path, const std::s
     return path;
 }
 
-/// Numbers in memory layout, as in binary files.
+/// The bytes of a binary file, appended number by number in the machine's byte order.
 class PackedNumbers {
   public:
     template <class T>

@@ -316,8 +316,8 @@ TEST(CameraFiles, PosesThatAreNearlyRigidAreTaken) {
     const View view = viewOfCamera(camera);
     EXPECT_LT(distanceFromRigid(view.camera_to_world), 1e-15);
     EXPECT_NEAR(glm::length(view.camera_to_world[0] - knownPose()[0]), 0, 2e-5);
-    // The rows of world-to-camera matrices are the camera's axes. The rows are made rigid, which
-    // must not move the eye.
+    // The reader makes the axes, which are the rows of a world-to-camera matrix, orthonormal. This
+    // correction must not move the eye.
     const FileCamera inverse =
         only(put(scratch / "w.jsonl",
                  lineText("\"worldToCamera\": [[0,1.00002,0,-2],[0,0,-1,5],[-1,0,0,1]]")));

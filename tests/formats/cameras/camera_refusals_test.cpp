@@ -153,11 +153,12 @@ TEST(CameraRefusals, ColmapText) {
     }
     put(images, kColmapImagesText + kColmapImagesText);
     expectRefusedCameras(scratch.path(), "appears twice", "image 9");
-    // A reader that simply skips the lines of points would lose every other image.
+    // The first image lacks its line of points, so the next image's line takes its place. A reader
+    // that skips every second line would lose that image.
     const std::string image = kColmapImagesText.substr(0, kColmapImagesText.find("1.5"));
     put(images, image + "10" + image.substr(image.find(" 0.5")));
     expectRefusedCameras(scratch.path(), "a point's id, not \"0.5\"", "images.txt:3");
-    // The names "1" and "2" are numbers.
+    // If an image's name is a number, the image's line looks like a line of points.
     put(images, "9 1 0 0 0 0 0 0 3 1\n10 1 0 0 0 0 0 0 3 2\n");
     expectRefusedCameras(scratch.path(), "ends before a point's y", "images.txt:2");
     put(images, "#\n");
@@ -276,7 +277,6 @@ TEST(CameraRefusals, WhatIsNoFile) {
         ASSERT_EQ(mkfifo((scratch / name).c_str(), 0600), 0);
         expectRefusedCameras(scratch / name, "not a regular file", name);
     }
-    // Files that are too large must be rejected at once.
     for (const char* name : {"l.json", "l.npy", "l.npz", "l.jsonl", "l", "images.bin"}) {
         std::filesystem::resize_file(put(scratch / "big" / name, ""), std::uint64_t{2} << 30);
         put(scratch / "big/cameras.bin", colmapCamerasBinary());
@@ -343,7 +343,6 @@ TEST(CameraRefusals, DamagedFiles) {
     put(scratch / "b/images.bin", colmapImagesBinary());
     for (const char* name : {"m/cameras.txt", "m/images.txt", "b/cameras.bin", "b/images.bin"})
         expectSturdy(scratch / name, (scratch / name).parent_path(), {}, seed++);
-    // Every truncation of a binary file must be rejected.
     for (const char* name : {"b/cameras.bin", "b/images.bin"}) {
         const std::string whole = bytesOf(scratch / name);
         for (std::size_t size = 0; size < whole.size(); ++size) {

@@ -11,7 +11,6 @@
 namespace peeler::test {
 namespace {
 
-// Items of lists in formats/README.md.
 constexpr const char* kCameras = "all of [Cameras](#cameras); zero distortion";
 constexpr const char* kCameraPassedOver =
     "ignored: training data (`aabb_scale`, `scale`, `offset`, masks, depth pictures …), transforms "

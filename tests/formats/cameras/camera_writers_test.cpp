@@ -172,8 +172,8 @@ TEST(CameraWriters, WhatCannotBeWrittenIsRefused) {
     EXPECT_NEAR(readCameras(scratch / "t.json")[0].intrinsics->fx, 240, 1e-10);
 }
 
-/// Returns a camera of random pose, lens and size. Some of its numbers are like those of
-/// calibrations, others like those of files.
+/// Returns a camera of random pose, lens and size. In a third of the cameras, the lens has all
+/// digits of a double, like a calibration; in the others, it has three decimals or steps of 0.5.
 FileCamera randomCamera(std::mt19937_64& random) {
     const auto uniform = [&](double a, double b) {
         return std::uniform_real_distribution<double>(a, b)(random);
@@ -225,7 +225,6 @@ TEST(CameraWriters, TransformsMakeTheSameViewsToTheLastBit) {
         EXPECT_NEAR(a.cy, b.cy, 1e-12 * 6000);
         EXPECT_EQ(camera.size, cameras.back().size);
     }
-    // Two thirds of the cameras have numbers of few digits, which must not change.
     EXPECT_GT(as_they_were, repeats() * 6 / 10);
     const std::string path = scratch / "t.json", again = scratch / "again.json";
     writeCameras(path, cameras);
@@ -251,8 +250,8 @@ TEST(CameraWriters, OtherViewsAreTheSameFromTheFirstFileOn) {
     };
     std::vector<View> views;
     for (int i = 0; i < repeats(); ++i) {
-        // The views have fields of view, nearly vertical directions, or crops of calibrated
-        // cameras.
+        // The views are crops of calibrated cameras, or have a field of view and a random
+        // direction.
         FileCamera camera = randomCamera(random);
         View view;
         if (random() % 2) {
@@ -283,7 +282,6 @@ TEST(CameraWriters, OtherViewsAreTheSameFromTheFirstFileOn) {
     const std::vector<View> first = views;
     write("0.json");
     for (std::size_t i = 0; i < views.size(); ++i) {
-        // The view read back must have the same rays through the same pixels.
         const View &a = first[i], &b = views[i];
         ASSERT_EQ(a.crop.width(), b.crop.width());
         EXPECT_EQ(a.camera_to_world, b.camera_to_world);

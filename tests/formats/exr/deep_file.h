@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Deep files read or written with OpenEXR's own classes: to check our files, or to imitate those of
-// other programs.
+// Deep files, read or written with OpenEXR's own classes. Tests use them to check peeler's files,
+// and to imitate files of other programs.
 #pragma once
 
 #include <Imath/half.h>
@@ -42,7 +42,8 @@ namespace detail {
 
 constexpr std::size_t kSlot = 4;  // bytes of a sample, whatever its type
 
-/// Buffers in the layout that OpenEXR requires: each channel has an array of pointers.
+/// Buffers in the layout that OpenEXR requires: each channel has an array of pointers, one to the
+/// samples of each pixel.
 struct Buffers {
     std::map<std::string, std::vector<std::vector<unsigned char>>> samples;
     std::map<std::string, std::vector<char*>> pointers;
@@ -113,7 +114,6 @@ inline DeepPart deepPart(const Imath::Box2i& window, const std::vector<std::stri
     return part;
 }
 
-/// Reads one part of a deep scan-line file.
 inline DeepPart readDeepPart(Imf::MultiPartInputFile& file, int index) {
     DeepPart part;
     const Imf::Header& header = file.header(index);

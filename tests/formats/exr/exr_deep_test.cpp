@@ -56,8 +56,8 @@ void writeDeep(const fs::path& path, const SyntheticPicture& picture,
 }
 
 /// Calls check(p, first) for every pixel of the part's data window. p is the pixel's index in the
-/// part; `first` is the index of its first fragment in `image`. Asserts that counts agree and that
-/// all pixels outside are empty.
+/// part; `first` is the index of the pixel's first fragment in `image`. Asserts that the counts
+/// agree, and that pixels outside the data window are empty.
 template <class Check>
 void forEachPixel(const DeepPart& part, const LayeredImage& image, Check&& check) {
     const Window& all = image.window;
@@ -179,8 +179,8 @@ TEST_F(ExrDeep, ChannelsInThePartOfTheColourAreReadToo) {
     test::writeDeepFile(scratch / "before.exr", {color, ids}, {.display = {{0, 0}, {23, 17}}});
     const LayeredImage before = readAll(scratch / "before.exr");
     const LayeredImage now = readAll(scratch / "now.exr");
-    // In files of other programs, the data window is not larger than the samples, so empty columns
-    // are missing.
+    // `before` lacks peeler's attributes, so the reader returns only the data window, without the
+    // empty columns around it.
     expectSame(before, test::cutWindow(now, before.window));
 }
 

@@ -22,7 +22,6 @@ Plan makePlan(bool perspective, bool infinite) {
     view.width = 200;
     view.height = 100;
     view.crop = {0, 0, 200, 100};
-    // The eye is at (3, 2, 5) and looks at the origin.
     view.camera_to_world =
         glm::inverse(glm::lookAt(glm::dvec3(3, 2, 5), glm::dvec3(0, 0, 0), glm::dvec3(0, 1, 0)));
     view.projection.perspective = perspective;
@@ -45,7 +44,8 @@ TEST_P(Camera, MatricesProjectKnownPoints) {
     const Imf::Header header = exrHeader(plan, {}, plan.view.crop);
     const Imath::M44f to_camera = Imf::worldToCamera(header), to_ndc = Imf::worldToNDC(header);
 
-    // The points have these image positions: u right, v down, at distance d in front of the eye.
+    // Each point has the image position (u right, v down, both 0 to 1) and the distance d in front
+    // of the eye.
     for (const auto& [u, v, d] : {std::array{0.5, 0.5, 4.0},
                                   {0.0, 0.0, 2.0},
                                   {1.0, 1.0, 7.0},

@@ -31,7 +31,7 @@ namespace {
 
 constexpr const char* kOutputHash = "0123456789abcdef";
 
-/// A format and layout for a small picture.
+/// The format, the layout and the channels of a small test file.
 struct SmallFile {
     const char* name;
     const char* as;
@@ -234,7 +234,7 @@ TEST_P(CameraOf, AFileWithoutAHashMustNotContradictItself) {
             });
         };
         EXPECT_EQ(scale(1.001F), Sentences{sentence(name)});
-        // The arithmetic of another machine may cause such a small difference.
+        // Rounding on another machine may differ by this much.
         EXPECT_EQ(scale(1.0000001F), Sentences());
         EXPECT_EQ(denied([&](Imf::Header& h) { h = without(h, name); }), Sentences{sentence(name)});
     }
@@ -255,7 +255,8 @@ TEST_P(CameraOf, AFileWithoutAHashMustNotContradictItself) {
                   h.insert("peeler:projection", Imf::StringAttribute("fisheye"));
               }),
               Sentences{sentence("peeler:projection")});
-    // Either of the two attributes may be the changed one, so both are reported.
+    // worldToCamera and worldToNDC both depend on the position, so both contradict the changed
+    // JSON.
     const Sentences both = denied([](Imf::Header& h) {
         std::string& json = h.typedAttribute<Imf::StringAttribute>("peeler:cameraJson").value();
         json.replace(json.find("-0.7"), 4, "-0.8");

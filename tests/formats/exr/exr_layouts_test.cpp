@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests every layout: written and read, and converted to deep files and back. Also tests file sets
-// that belong together.
+// Tests every layout: written and read, and converted to deep files and back. Also tests sets of
+// one file per layer.
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfMultiPartInputFile.h>
 #include <OpenEXR/ImfStringAttribute.h>
@@ -236,9 +236,9 @@ TEST_F(ExrLayouts, APictureOfOthersIsOneLayer) {
     const SyntheticPicture picture = makePicture({.seed = 13});
     ExrCompositeWriter writer(scratch / "ours.exr", {.provenance = shortProvenance()});
     test::writePicture(writer, picture);
-    // A composite of ours without its layers, which is not a layered picture.
+    // A composite by peeler itself is not read as a layered picture.
     EXPECT_THROW(openLayered(scratch / "ours.exr"), Error);
-    // oiiotool copies our attributes, so this erases them.
+    // oiiotool would copy peeler's attributes, so the command erases them.
     for (const char* channels : {"R,G,B,A,Z", "R,G,B,A", "R,G,B"}) {
         const std::string path = scratch / "flat.exr";
         const test::Outcome result =

@@ -47,7 +47,7 @@ ReadPicture read(const std::string& path, const LayeredReadOptions& options = {}
     return picture;
 }
 
-/// Returns a part with this value in R, G and B, whose names have a prefix.
+/// Returns a part with this value in the channels R, G and B; `prefix` precedes the channel names.
 FlatPart grey(double value, const std::string& prefix = "") {
     FlatPart part;
     for (const char* name : {"R", "G", "B"})

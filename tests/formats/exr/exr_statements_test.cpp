@@ -16,7 +16,6 @@
 namespace peeler::test {
 namespace {
 
-// Items of lists in formats/README.md.
 constexpr const char* kExrStorage =
     "scan lines or tiles (the largest level), flat or deep, any lineOrder, any compression that "
     "OpenEXR has";

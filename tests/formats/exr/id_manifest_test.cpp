@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests the names of IDs: written and read by OpenEXR's own manifest, and read back from the
-// attribute's bytes.
+// Tests the manifest of ID names. Both peeler and OpenEXR's own class read the names back.
 #include "formats/exr/exr_header.h"
 
 #include <gtest/gtest.h>
@@ -126,8 +125,8 @@ TEST(IdManifest, ShorterThanItsVersion) {
     }
 }
 
-/// The names have common prefixes, are empty, repeated, or longer than 255 bytes: OpenEXR writes
-/// common prefixes once, and the most frequent names first.
+/// OpenEXR writes common prefixes once, and the most frequent names first. So some names here have
+/// common prefixes, or are empty, repeated or longer than 255 bytes.
 TEST(IdManifest, AnyNamesReadBack) {
     std::mt19937 random(11);
     for (int round = 0; round < 60; ++round) {

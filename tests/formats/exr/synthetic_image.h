@@ -44,8 +44,9 @@ inline void appendColor(FragmentArray& array, float value) {
     }
 }
 
-/// Returns a picture of blocks of pixels with 0 to `most_layers` fragments. A third of the
-/// fragments have the depth of the previous fragment. Deeper layers cover ever smaller windows.
+/// Returns a picture with 0 to `most_layers` fragments per pixel. About a quarter of the blocks of
+/// 9 × 7 pixels are empty. A third of the fragments repeat the depth of the previous fragment.
+/// Deeper layers have smaller data windows.
 inline SyntheticPicture makePicture(const SyntheticOptions& options) {
     SyntheticPicture picture;
     Plan& plan = picture.plan;

@@ -31,7 +31,7 @@ bool folders_cannot_be_synced = false;
 
 }  // namespace
 
-/// Replaces the C library's function for this program.
+/// Replaces fsync() of the C library, so that syncing a folder can fail.
 extern "C" int fsync(int file) {
     struct stat status {};
     if (!folders_cannot_be_synced || fstat(file, &status) != 0 || !S_ISDIR(status.st_mode))
@@ -54,8 +54,8 @@ std::size_t filesIn(const fs::path& folder) {
         std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
 }
 
-/// Returns the text of the Error that an action throws. It must be of kind kOutput, with a location
-/// and a hint.
+/// Returns the text of the Error that an action throws. Expects the kind kOutput, a location and a
+/// hint.
 std::string outputError(const std::function<void()>& action) {
     try {
         action();
@@ -175,7 +175,7 @@ TEST_F(Atomic, TwoWritersOfOneNameDoNotDisturbEachOther) {
 }
 
 TEST_F(Atomic, TogetherAllAppearOrNone) {
-    // A few files are synced one by one, many by syncing their file system.
+    // For a few files, each file is synced; for many files, their file system is synced.
     for (const std::size_t count : {3U, 20U}) {
         for (const bool blocked : {false, true}) {
             const fs::path folder = scratch / (std::to_string(count) + (blocked ? "b" : "a"));
@@ -256,8 +256,8 @@ TEST_F(Atomic, LongNamesWork) {
     EXPECT_TRUE(fs::exists(longest));
 }
 
-/// Runs an action in a child process, so that its limits and signals end with it. Returns the
-/// child's wait status.
+/// Runs an action in a child process, so that the action's limits and signals end with the child.
+/// Returns the child's wait status.
 int inChild(const std::function<void()>& action) {
     const pid_t pid = fork();
     if (pid == 0) {
@@ -269,8 +269,8 @@ int inChild(const std::function<void()>& action) {
     return status;
 }
 
-/// The host program may have closed its standard streams. A file with such a descriptor would
-/// receive a driver's output.
+/// A host program may have closed descriptors 0 to 2. If a file took one of them, a driver's
+/// messages would be written into that file.
 TEST_F(Atomic, HasNoNumberOfAStandardStream) {
     const int status = inChild([&] {
         for (const int stream : {0, 1, 2})
@@ -305,7 +305,8 @@ TEST_F(Atomic, WhatIsStillBeingWrittenStays) {
     AtomicFile first(path);
     first.append(textBytes("whole"));
     first.flush();
-    // The folder's path is spelled differently, so the process looks for remains again.
+    // A process looks for leftovers only once per path of a folder, so the path is spelled
+    // differently.
     const int status = inChild([&] { AtomicFile(scratch / "./other.bin").commit(); });
     EXPECT_EQ(status, 0);
     first.commit();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests of the tables in formats/README.md, "Supported content": content of a format, and the
-// result (read, warned or refused).
+// Tests of the tables in formats/README.md, "Supported content". Each item of a table names a kind
+// of content and the result of reading it: read, warned or refused.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ namespace peeler::test {
 struct Statement {
     std::string says;     ///< the content: an item of a list in formats/README.md
     std::string becomes;  ///< the result: "read", "warned" or "refused"
-    std::string name;     ///< the file's name
+    std::string name;
     std::string bytes;
     std::map<std::string, std::string> beside{};  ///< other files in the same folder, by name
 };
@@ -74,7 +74,7 @@ inline std::string outcomeOf(const std::filesystem::path& file, const ReadStatem
     return outcome;
 }
 
-/// Expects every case to have its result, and every item of the lists to have a case.
+/// Expects every case to have its result, and every list item in the README to have a case.
 inline void expectStatements(const std::string& format, const std::vector<Statement>& statements,
                              const ReadStatement& read) {
     std::map<std::string, std::string> tested;

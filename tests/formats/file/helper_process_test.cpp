@@ -105,7 +105,6 @@ TEST(HelperProcess, GivesNoMoreMemoryThanAllowed) {
         << "nor before it is told what is promised";
 }
 
-/// The helper process inherits nothing: no open file, no environment, no signal action.
 TEST(HelperProcess, InheritsNothing) {
     const SharedFile open_meanwhile;
     sigset_t set, before;

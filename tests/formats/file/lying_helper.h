@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A fake decoder that answers with arbitrary bytes, as if its data had hijacked it.
+// A fake decoder that answers with arbitrary bytes, like a decoder under an attacker's control.
 #pragma once
 
 #include <cstring>

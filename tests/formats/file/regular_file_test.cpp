@@ -60,8 +60,8 @@ TEST(RegularFile, IsReadInPartsAndAtOnce) {
     EXPECT_EQ(file.readSome(20, four), 0U);
 }
 
-/// Calls every entry point with paths that are not regular files. None may wait, and all must
-/// report the error.
+/// Calls every function that opens files, with paths that are not regular files. No call may block,
+/// and each must report the fault.
 TEST(RegularFile, PipesDevicesAndFoldersAreRefused) {
     const ScratchDir scratch;
     ASSERT_EQ(mkfifo((scratch / "pipe").c_str(), 0600), 0);

@@ -157,8 +157,8 @@ TEST_F(Shards, AreThoseOfPythonAndReadByIt) {
     EXPECT_EQ(members[1][1], "key_0001.none");
     EXPECT_EQ(members[1][2], "");
     EXPECT_EQ(members[2][2], "{\"outputHash\":\"0f\",\"view\":1}\n");
-    // Python must write the same file, except for the device numbers (it leaves them empty), the
-    // checksums that include these, and the zeros that fill the last record.
+    // Python must write the same file, except for the device numbers (empty in Python's files), the
+    // header checksums (which include the device numbers), and the zeros that fill the last record.
     const auto made = test::runPython(R"(
 import io, sys, tarfile
 source, made = open(sys.argv[1], "rb").read(), io.BytesIO()
@@ -211,7 +211,6 @@ TEST_F(Shards, OfWhichAllIsKeptAreNotTouched) {
     EXPECT_EQ(bytes(), before);
     for (int i = 0; i < 3; ++i)
         EXPECT_EQ(inode(i), inodes[i]);
-    // Only the missing shard is written again.
     fs::remove(shard(1));
     EXPECT_EQ(run(all, settings), (std::vector<std::string>{"c", "d"}));
     EXPECT_EQ(bytes(), before);
@@ -261,7 +260,8 @@ TEST_F(Shards, ThatAreDamagedCountForNothing) {
     EXPECT_EQ(made(whole.substr(0, whole.size() - 1)), 2U);
     EXPECT_EQ(made(whole.substr(0, whole.size() - 512)), 2U);
     EXPECT_EQ(made(whole + std::string(512, '\0')), 2U);
-    // Sizes and names in headers are not trusted: after damage, both samples are added again.
+    // The reader must not trust damaged sizes and names in headers, so both samples are added
+    // again.
     for (const auto& [at, text] : {std::pair<std::size_t, std::string>{124, "77777777777"},
                                    {124, "00000000000"},
                                    {0, "/"},
@@ -274,7 +274,7 @@ TEST_F(Shards, ThatAreDamagedCountForNothing) {
         damaged.replace(at, text.size(), text);
         EXPECT_EQ(made(damaged), 2U) << at << ' ' << text;
     }
-    // A size that exceeds the file is not trusted, even with a correct checksum.
+    // The reader must not trust a size that exceeds the file, even with a correct checksum.
     std::string damaged = whole;
     damaged.replace(124, 11, "77777777777");
     unsigned sum = 8 * ' ';
@@ -339,7 +339,7 @@ TEST_F(Shards, FilesInAScratchFolderGoWithIt) {
         EXPECT_TRUE(fs::exists(folder)) << "it is locked";
     }
     EXPECT_TRUE(fs::is_empty(scratch_ / "new"));
-    // A folder as left by a killed process of this machine. It is not locked, so it is removed.
+    // A folder of a killed process on this machine. The folder is not locked, so it is removed.
     const fs::path left = scratch_ / "other" / folder.filename();
     fs::create_directories(left);
     std::ofstream(left / "a.png") << "half";

@@ -19,7 +19,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The content of a .glb.
 struct Glb {
     explicit Glb(const fs::path& path) {
         const std::string text = bytesOf(path);
@@ -59,7 +58,8 @@ BakedPrimitive values(int node, std::uint16_t grey = 1000) {
     return result;
 }
 
-/// Returns the path of a new .glb in the source's folder: the source with these values added.
+/// Writes a copy of the source with these values added, as a .glb in the source's folder. Returns
+/// the path of the copy.
 fs::path bake(const fs::path& source, const std::vector<BakedPrimitive>& primitives) {
     GlbWriter package(source, GltfOptions{});
     addVertexValues(package, "_AO", primitives);
@@ -69,7 +69,6 @@ fs::path bake(const fs::path& source, const std::vector<BakedPrimitive>& primiti
     return path;
 }
 
-/// Reads a file with an independent reader.
 tinygltf::Model readByTinygltf(const fs::path& path) {
     tinygltf::TinyGLTF reader;
     reader.SetImageLoader([](tinygltf::Image*, int, std::string*, std::string*, int, int,
@@ -232,7 +231,6 @@ TEST(BakedGltf, CopiesMeshesThatNodesShowDifferently) {
         builder.gltf["nodes"].push_back({{"mesh", 0}, {"name", "node " + std::to_string(i)}});
     const ScratchDir folder;
     const fs::path source = builder.write(folder);
-    // Nodes 0 and 2 have the same values, node 1 has others, node 3 has none.
     const Glb glb(bake(source, {values(0), values(1, 2000), values(2)}));
     ASSERT_EQ(glb.json["meshes"].size(), 3U);
     const auto mesh_of = [&](std::size_t node) {
@@ -310,8 +308,8 @@ TEST(BakedGltf, GivesMaterialsOcclusionTextures) {
 }
 
 TEST(BakedGltf, LeavesMaterialsToPrimitivesWithoutThoseUvs) {
-    // Two primitives have material 0, and material 1 in a variant; one of the two has UVs. Two
-    // other primitives have no material; one of them has UVs.
+    // Primitives 0 and 1 have material 0, and material 1 in a variant; 2 and 3 have no material.
+    // Only 0 and 2 have UVs.
     GltfBuilder builder = triangle();
     const Json bare = builder.primitive();
     const int uv = builder.addAccessor<float>({0, 0, 1, 0, 0, 1}, "VEC2");
@@ -426,7 +424,7 @@ TEST(BakedGltf, StandsBesideDracosAttributes) {
         return glb.json["accessors"][primitive["attributes"][name].get<std::size_t>()]["count"];
     };
     for (const char* name : {"POSITION", "COLOR_0", "_AO"})
-        // The count is the decoded one, not the one that the file declares.
+        // The decoded count; the file's accessors declare 2.
         EXPECT_EQ(count_of(name), 3) << name;
 }
 

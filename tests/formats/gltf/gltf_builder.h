@@ -156,8 +156,8 @@ struct Damage {
     const char *name, *json, *where;
 };
 
-/// A wrong claim in a file about its data, the expected location of the error, and a part of its
-/// text.
+/// A wrong claim in a file about its data. `where` is the expected location of the error, and
+/// `words` is a part of the error's text.
 struct Lie {
     const char* name;
     void (*tell)(GltfBuilder&);

@@ -115,9 +115,8 @@ Json& dracoExtension(GltfBuilder& builder) {
     return builder.primitive()["extensions"][kName];
 }
 
-/// Returns the corners of all triangles in sorted order. Each triangle is rotated to begin with its
-/// smallest corner. So the result does not change if an encoder renumbers vertices and rotates
-/// triangles.
+/// Returns the corners of all triangles in sorted order. Each triangle begins with its smallest
+/// corner, so that the result is the same if an encoder renumbers vertices or rotates triangles.
 std::vector<std::array<std::array<long, 3>, 3>> shapes(const std::vector<glm::vec3>& positions,
                                                        const std::vector<std::uint32_t>& indices) {
     std::vector<std::array<std::array<long, 3>, 3>> result;
@@ -160,7 +159,8 @@ void expectGrid(const Grid& grid, const Primitive& primitive, float tolerance) {
 TEST(GltfDraco, GivesBackWhatWasEncodedByBothMethods) {
     const Grid grid(20);
     for (const int method : {draco::MESH_SEQUENTIAL_ENCODING, draco::MESH_EDGEBREAKER_ENCODING}) {
-        // With 14 bits for a range of 19, the error is half a step; without quantisation, it is 0.
+        // With 14 bits for a range of 19, the error is at most half a step; without quantisation,
+        // it is 0.
         const std::pair<int, float> precisions[] = {{14, 19.0F / 16383}, {0, 0}};
         for (const auto& [bits, tolerance] : precisions) {
             SCOPED_TRACE(std::to_string(method) + ", " + std::to_string(bits));

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests the reading of KHR_lights_punctual, and its errors.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -11,7 +10,7 @@
 namespace peeler::test {
 namespace {
 
-/// Returns a triangle and a node. The node has the first of these lights.
+/// Returns a triangle, and a node with the first of these lights.
 GltfBuilder lit(const Json& lights) {
     GltfBuilder builder = triangle();
     builder.gltf["extensions"]["KHR_lights_punctual"]["lights"] = lights;

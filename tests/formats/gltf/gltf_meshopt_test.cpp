@@ -57,8 +57,8 @@ TEST(GltfMeshopt, ReadsTheFallbackOnlyWhereTheDataIsDamaged) {
     EXPECT_TRUE(scene.warnings.empty());
     const std::uint64_t hash = scene.content_hash;
 
-    // If the compressed data is intact, the fallback is not even opened: it may be missing, and is
-    // not hashed.
+    // If the compressed data is intact, the reader never opens the fallback file, so this file may
+    // be missing and is not hashed.
     std::filesystem::rename(folder / "fallback.bin", folder / "away.bin");
     EXPECT_EQ(readGltf(builder.write(folder)).content_hash, hash);
     std::filesystem::rename(folder / "away.bin", folder / "fallback.bin");

@@ -23,7 +23,8 @@ GltfBuilder empty(const std::string& members) {
 }
 
 TEST(GltfNodes, ComposeTranslationRotationScale) {
-    // Scales by (2, 3, 4), then rotates by a quarter turn about z. The quaternion has few digits.
+    // Scales by (2, 3, 4), then rotates by a quarter turn about z. The rounded quaternion is not of
+    // unit length.
     const Scene scene = load(empty(R"("nodes":[{"translation":[10,20,30],"scale":[2,3,4],
         "rotation":[0,0,0.7071,0.7071]}])"));
     const glm::dmat4& local = scene.nodes.at(0).local;
@@ -217,8 +218,8 @@ TEST(GltfReader, TakesWholeNumbersWrittenAsFractions) {
     EXPECT_EQ(scene.meshes[0].primitives[0].positions.size(), 3U);
 }
 
-/// Expects one warning with these words. With `strict`, expects an error, at `where` if that is not
-/// empty.
+/// Expects one warning with these words. With `strict`, expects an error; if `where` is not empty,
+/// `where` is the error's location.
 void expectOneWarning(const GltfBuilder& builder, const std::string& words,
                       const std::string& where) {
     const Scene scene = load(builder);
@@ -252,7 +253,7 @@ TEST(GltfReader, TakesNodesBelowTheRootAsRoots) {
     EXPECT_EQ(scene.nodes[1].children, std::vector<int>{3});
     EXPECT_EQ(idNames(scene).parents[1], 0U);
 
-    // If the parent is in another scene, it keeps its child.
+    // A parent in another scene keeps its child.
     const Scene two = load(empty(
         R"("nodes":[{"children":[1]},{"children":[2]},{}],"scenes":[{"nodes":[0]},{"nodes":[2]}])"));
     EXPECT_EQ(two.nodes[1].children, std::vector<int>{2});
@@ -267,8 +268,8 @@ TEST(GltfReader, ShowsNodesOnceThatAreListedTwice) {
 }
 
 TEST(GltfReader, TakesDeepScenesWhoseNodesAreAllListed) {
-    // Results per node must be cached, because there are 9,000 levels, and 9,000 nodes at the
-    // deepest level.
+    // All 9,000 roots are at level 9,000. The reader must cache results per node, because walking
+    // up from every root would take too long.
     constexpr std::size_t kDepth = 9000;
     Json nodes = Json::array(), roots = Json::array();
     for (std::size_t i = 0; i < kDepth; ++i)

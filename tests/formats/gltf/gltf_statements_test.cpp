@@ -10,7 +10,6 @@
 namespace peeler::test {
 namespace {
 
-// Items of lists in formats/README.md.
 constexpr const char* kGltfGeometry =
     "all primitives, sparse accessors, skins with any number of joints per vertex; attributes and "
     "morph targets: positions, normals, tangents, `TEXCOORD_0`, `TEXCOORD_1`, `COLOR_0`";

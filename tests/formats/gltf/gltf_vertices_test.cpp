@@ -183,7 +183,7 @@ TEST(GltfTargets, DisplaceColorsAndTexcoords) {
               (std::vector<glm::vec4>{{0, 1, 0, 1}, {1, 0, 0, 1}, {0.75F, 0, 0, 0}}));
     EXPECT_EQ(shown.texcoords(geometry, 1), (std::vector<glm::vec2>{{1, 0}, {1, 0}, {0, 2}}));
     EXPECT_TRUE(shown.texcoords(geometry, 0).empty());
-    // At weight 0 the arrays are the same as at other weights.
+    // At weight 0, the same arrays exist, with undisplaced values.
     scene.meshes[0].weights = {0};
     EXPECT_EQ(PosedScene(scene).deformed().at(0).at(0).colors, primitiveOf(scene).colors);
     EXPECT_TRUE(PosedScene(scene).deformed().at(0).at(0).texcoords[0].empty());

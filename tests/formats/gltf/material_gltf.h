@@ -9,7 +9,6 @@
 
 namespace peeler::test {
 
-/// Returns a PNG of one pixel of this colour.
 inline Bytes onePixelPng(std::uint8_t r, std::uint8_t g, std::uint8_t b) {
     return png(1, 1, PngColor::kRgb, 8, {r, g, b});
 }

@@ -13,8 +13,8 @@ namespace peeler::test {
 inline const std::vector<float> kTriangleCorners = {0, 0, 0, 0, 1, 0,
                                                     0, 0, 0, 1, 0, 0};  // 16 bytes per corner
 
-/// Returns the triangle with compressed corners and indices: buffer views 0 and 1, in buffer 1,
-/// which has no URI.
+/// Returns the triangle with compressed corners and indices in buffer views 0 and 1. Both views are
+/// in buffer 1, which has no URI.
 inline GltfBuilder compressed(const std::string& name = "EXT_meshopt_compression") {
     GltfBuilder builder;
     const Bytes corners = encodeAttributes(kTriangleCorners.data(), 3, 16);

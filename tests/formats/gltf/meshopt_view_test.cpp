@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tests meshopt streams: compares the output of every mode and filter with the input, and tests the
-// extension's rules, and damage.
+// extension's rules and damaged streams.
 #include "formats/gltf/gltf_decoders.h"
 
 #include <gtest/gtest.h>
@@ -163,8 +163,8 @@ TEST(MeshoptView, DecodesExponents) {
         EXPECT_NEAR(decoded[i], values[i], std::abs(values[i]) * 3e-7F) << i;
 }
 
-/// The inverse of KHR_meshopt_compression, Appendix B, filter 4: K bits of Y, Co and Cg; for alpha,
-/// K − 1 bits below a bit that marks K.
+/// The inverse of KHR_meshopt_compression, Appendix B, filter 4. Y, Co and Cg have K bits. Alpha
+/// has K − 1 bits; the bit above alpha is 1 and gives K.
 template <typename Number>
 std::vector<Number> encodeColors(const std::vector<glm::vec4>& colors, int bits) {
     const int max = (1 << bits) - 1;

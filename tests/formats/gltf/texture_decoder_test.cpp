@@ -143,7 +143,7 @@ Bytes extendedWebp(const Bytes& exif) {
 }
 
 TEST(TextureDecoder, ReadsWebpWithoutItsMetadata) {
-    // Readers skip the first six bytes of Exif, even if there are fewer, as here.
+    // Readers skip the first six bytes of Exif data; this Exif data has only five bytes.
     const Bytes file = extendedWebp({'E', 'x', 'i', 'f', 0});
     EXPECT_EQ(rgbaOf(file), (Bytes{200, 100, 50, 255, 1, 2, 3, 255}));
     const Bytes reduced = withoutWebpMetadata(file).bytes;
@@ -357,7 +357,7 @@ TEST(TextureDecoder, NeverEndsOtherwiseThanInAnImageOrAnInputError) {
         bmp(3, 2, 8, 1, kPalette, {2, 1, 1, 2, 0, 0, 0, 3, 0, 1, 2, 0, 0, 1}),
         bmp(2, 1, 16, 0, {}, {0, 0x7C, 0xE0, 0x03}),
         tga(10, 3, 1, 24, 0, {0x81, 0, 0, 255, 0, 0, 255, 0})};
-    unsigned state = 1;  // a fixed seed, so that the damage is always the same
+    unsigned state = 1;
     const auto random = [&] { return state = state * 1664525U + 1013904223U, state >> 8U; };
     const auto attempt = [](const Bytes& file) {
         try {

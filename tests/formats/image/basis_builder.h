@@ -21,7 +21,7 @@ class BasisCode {
             for (std::size_t i = 0; i < lengths_.size(); ++i)
                 if (lengths_[i] == length) codes_[i] = code++;
     }
-    /// Returns a code for `count` symbols whose lengths differ by at most one bit.
+    /// Returns a code for `count` symbols. All code lengths differ by at most one bit.
     static BasisCode flat(std::size_t count) {
         std::uint8_t bits = 0;
         while (std::size_t{1} << bits < count)
@@ -160,7 +160,7 @@ inline Bytes plainSlice(const BasisBooks& books, std::size_t columns,
     BitWriter bits;
     std::size_t before = 0;
     for (std::size_t i = 0; i < blocks.size(); ++i) {
-        // `first`: the first block of 2 × 2, which share a symbol.
+        // Each group of 2 × 2 blocks shares a symbol, which its first block stores.
         const bool first = i % columns % 2 == 0 && i / columns % 2 == 0;
         if (first) books.predictions.put(bits, 0xFF);
         const std::size_t all = books.endpoints.size();

@@ -189,8 +189,8 @@ Ktx2File selectorsFile(const BasisBooks& books, std::uint32_t count,
     return basisFile(4 * count, 4, books, {bits.bytes()});
 }
 
-/// Returns codebooks of four selectors, each with a single value for all texels, and an endpoint
-/// with a different red for each value: 132 − 8, − 2, + 2, + 8.
+/// Returns codebooks with one endpoint and four selectors. Each selector has a single value for all
+/// texels; the four reds are 132 − 8, 132 − 2, 132 + 2 and 132 + 8.
 BasisBooks selectorBooks(std::size_t history) {
     BasisBooks books;
     books.selectors = {0x00000000, 0x55555555, 0xAAAAAAAA, 0xFFFFFFFF};
@@ -334,7 +334,7 @@ TEST(BasisEtc1s, RefusesGlobalDataThatContradictsItself) {
         contains(problemOf(alpha), "byte " + std::to_string(20 + alpha.descriptorAt() + 60 + 4)));
 }
 
-/// Writes a table with these code lengths, and returns it as read back.
+/// Writes a table with these code lengths and reads it back.
 HuffmanTable tableOf(const std::vector<std::uint8_t>& lengths) {
     BitWriter bits;
     BasisCode(lengths).putTable(bits);

@@ -18,7 +18,7 @@ class BitWriter {
         }
     }
     std::size_t count() const { return count_; }
-    /// Returns the bytes written; the last one is padded with zeros.
+    /// Returns the bytes written; zeros fill the last byte.
     const Bytes& bytes() const { return bytes_; }
 
   private:

@@ -15,9 +15,8 @@ namespace {
 
 using Rgba = std::array<float, 4>;
 
-/// Returns the largest error, in 255ths, of a straight pixel that a viewer blends in encoded
-/// values. The reference is the premultiplied colour over the same background in linear light. The
-/// backgrounds are 256 greys.
+/// Returns the largest error over 256 grey backgrounds, in 255ths. A viewer blends `pixel` in sRGB
+/// values; the exact result blends `shown` (premultiplied) in linear light.
 double worstError(const Rgba& shown, const StraightPixel& pixel) {
     double worst = 0;
     for (int grey = 0; grey < 256; ++grey) {
@@ -43,7 +42,7 @@ StraightPixel clipped(const Rgba& shown) {
 TEST(StraightPixels, LightOnClearGlassSurvivesOverEveryGrey) {
     const struct {
         Rgba shown;
-        // Minimum error if colours are clipped, maximum error of straightPixel().
+        // Lower bound of the error with clipped(), upper bound with straightPixel().
         double before, after;
     } rows[] = {{{0.05F, 0.05F, 0.05F, 0}, 62, 23},  {{0.18F, 0.18F, 0.18F, 0}, 116, 22},
                 {{0.5F, 0.5F, 0.5F, 0}, 186, 18},    {{0.8F, 0.8F, 0.8F, 0.3F}, 154, 11},
@@ -54,7 +53,7 @@ TEST(StraightPixels, LightOnClearGlassSurvivesOverEveryGrey) {
         EXPECT_TRUE(pixel.raised);
         EXPECT_GT(worstError(shown, clipped(shown)), before);
         EXPECT_LT(worstError(shown, pixel), after);
-        // For these colours, no other alpha reduces the error by more than a tenth of the range.
+        // With the same colour, no other alpha reduces the error by more than 25.5 of 255.
         double least = 255;
         for (int i = 1; i <= 255; ++i) {
             StraightPixel other = pixel;
@@ -65,8 +64,8 @@ TEST(StraightPixels, LightOnClearGlassSurvivesOverEveryGrey) {
     }
 }
 
-/// Returns the largest error for light of this colour, and for all fractions of the light, with
-/// coverage `alpha`.
+/// Returns the largest error for coverage `alpha` and light of this colour, at 50 brightnesses up
+/// to the full colour.
 double worstOfLight(const std::array<float, 3>& color, float alpha) {
     double worst = 0;
     for (int i = 1; i <= 50; ++i) {
@@ -189,8 +188,8 @@ TEST(Metering, AimsHalfwayBetweenMiddleGreyAndHighlights) {
 }
 
 TEST(Metering, KeepsHighlightsBelowFour) {
-    // Dark pixels, and a very bright twentieth. The exposure halfway would leave the bright pixels
-    // at 2^(3.5).
+    // Five percent of the pixels are very bright, and the others are dark. The exposure halfway
+    // between the two targets would leave the bright pixels at 2^3.5.
     std::vector<Rgba> pixels(95, {0.001F, 0.001F, 0.001F, 1});
     pixels.insert(pixels.end(), 5, {10, 10, 10, 1});
     EXPECT_NEAR(metered(pixels), std::log2(4.0 / 10), 0.06);

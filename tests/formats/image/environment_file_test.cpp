@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests environments from files, intact and damaged.
 #include "formats/image/environment_file.h"
 
 #include <OpenEXR/ImfEnvmap.h>
@@ -29,7 +28,6 @@ std::string writeFloats(const ScratchDir& folder, const std::string& name, int w
     return path;
 }
 
-/// The environment of a file, and the warnings.
 struct Sky {
     Environment environment;
     std::vector<Text> warnings;

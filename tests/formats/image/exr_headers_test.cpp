@@ -31,8 +31,8 @@ std::string channel(const std::string& name) {
     return name + '\0' + std::string(16, '\1');
 }
 
-/// Returns the error for a file whose header has this attribute, followed by other bytes; "" if
-/// there is none.
+/// Returns the error for a file with this header attribute and other bytes after it; "" if there is
+/// no error.
 std::string complaint(const std::string& attribute) {
     const ScratchDir scratch;
     const auto path = scratch / "a.exr";

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests text drawn in pictures.
 #include "formats/image/font.h"
 
 #include <gtest/gtest.h>

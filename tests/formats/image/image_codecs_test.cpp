@@ -191,8 +191,8 @@ Bytes encodedPng(const ImageToEncode& image, const Bytes& samples, int rows_at_o
     return file.bytes;
 }
 
-// Rows are compressed in pieces, in parallel. The largest picture has more pieces than memory holds
-// at once.
+// The encoder compresses pieces of rows in parallel. The largest picture has more pieces than the
+// encoder keeps in memory at once.
 TEST(BuiltInPng, EncodesTheSameBytesOnAnyNumberOfThreads) {
     for (const auto& [width, height] : {std::pair(1, 1), {3, 200}, {300, 500}, {1100, 1300}}) {
         for (const int channels : {1, 2, 3, 4}) {
@@ -304,7 +304,7 @@ TEST(BuiltInDecoders, AllocateNothingForPicturesThatAreTooLarge) {
     EXPECT_THROW(imageDecoder("png", "huge.png", file), std::runtime_error);
 }
 
-/// The environment belongs to the host, which may have set limits for OpenImageIO in it.
+/// The host program may have set limits for OpenImageIO in environment variables.
 TEST(ImageLibrary, LeavesTheEnvironmentAlone) {
     unsetenv("OPENIMAGEIO_THREADS");
     setLibraryThreads(1);
@@ -347,8 +347,8 @@ Bytes jpeg(const JpegKind& kind, int width, int height) {
     tjFree(memory);
     tjDestroy(compressor);
     if (kind.adobe < 0) return file;
-    // Replaces the start of the file and the next marker segment, JFIF's or Adobe's, by these bytes
-    // with an Adobe segment.
+    // Replaces the start-of-image marker and the segment after it (JFIF or Adobe) by the same
+    // marker and an Adobe segment.
     const Bytes adobe = {0xFF, 0xD8, 0xFF, 0xEE, 0,   14,
                          'A',  'd',  'o',  'b',  'e', 0,
                          100,  0,    0,    0,    0,   static_cast<std::uint8_t>(kind.adobe)};

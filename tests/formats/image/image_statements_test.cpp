@@ -21,7 +21,6 @@
 namespace peeler::test {
 namespace {
 
-// Items of lists in formats/README.md.
 constexpr const char* kImageTextures =
     "any PNG (textures: 8 bits); JPEG: grey, RGB, CMYK, progressive; textures in BMP, TGA, TIFF "
     "(in a glTF with a warning); orientation of compared pictures; ignored: other metadata, gamma, "

@@ -104,7 +104,7 @@ TEST_F(ImageFile, BackgroundExposureAndCrop) {
     options.exposure = -1;
     const Pixels pixels = writeAndRead(
         scratch / "out.png", rowOfPixels({{}, {1, 1, 1, 1}, {0.5F, 0, 0, 0.5F}}), options);
-    // Background: 0.5 at any exposure.
+    // The background is 0.5; the exposure does not change the background.
     const std::vector<std::uint16_t> wanted = {0, 0, 188, 255, 188, 188, 188,
                                                255,  // white at half exposure: 0.5
                                                // (0.25, 0, 0) over half of the background.

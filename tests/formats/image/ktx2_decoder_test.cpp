@@ -173,7 +173,7 @@ TEST(Ktx2, HasTheChannelsThatItSays) {
     };
     EXPECT_EQ(shown(0), (Bytes{1, 2, 3, 255}));  // RGB
     EXPECT_EQ(shown(3), (Bytes{1, 2, 3, 4}));    // RGBA
-    // Repeated R, or the colours of files by a beta of toktx.
+    // This channel means repeated R, but a beta of toktx wrote it into colour files.
     EXPECT_EQ(shown(4), (Bytes{1, 2, 3, 255}));
     EXPECT_EQ(shown(5), (Bytes{1, 4, 0, 255}));  // repeated R, with G as alpha
     EXPECT_EQ(shown(6), (Bytes{1, 2, 0, 255}));  // R and G
@@ -360,7 +360,7 @@ TEST(Ktx2, NeverEndsOtherwiseThanInAPictureOrAnError) {
     packed.metadata = {{"KTXswizzle", "bgra"}};
     const std::vector<Bytes> files = {uastcFile(8, 4, twoBlocks()).bytes(), packed.bytes(),
                                       basisFile(12, 8, books, {slice, slice}).bytes()};
-    unsigned state = 1;  // a fixed seed, so that the damage is always the same
+    unsigned state = 1;
     const auto random = [&] { return state = state * 1664525U + 1013904223U, state >> 8U; };
     for (const Bytes& file : files)
         for (int round = 0; round < 3000; ++round) {

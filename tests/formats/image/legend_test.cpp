@@ -31,7 +31,6 @@ TEST(Legend, ABarHasItsTitleItsColoursAndItsNumbers) {
         EXPECT_GT(inked(legend, 4 * s, 11 * s), 0) << "the title";
         EXPECT_GT(inked(legend, size.height - 11 * s, size.height - 4 * s), 0) << "the numbers";
         EXPECT_EQ(inked(legend, 0, 3 * s) + inked(legend, size.height - 4 * s, size.height), 0);
-        // The text of the maximum must be at the right end.
         CompositeImage text;
         text.window = {0, 0, 2 * kTextAdvance * s, kTextHeight * s};
         text.rgba.resize(text.window.pixels());

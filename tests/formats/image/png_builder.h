@@ -18,7 +18,6 @@ struct PngChunk {
     Bytes data;
 };
 
-/// Returns the number of samples per pixel.
 inline std::uint32_t channelsOf(PngColor color) {
     constexpr std::array<std::uint32_t, 7> kChannels = {1, 0, 3, 1, 2, 0, 4};
     return kChannels[static_cast<std::size_t>(color)];

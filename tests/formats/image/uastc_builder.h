@@ -77,7 +77,6 @@ inline Bytes uastcBlock(const UastcFields& fields) {
     return block;
 }
 
-/// Returns a block of one colour.
 inline Bytes solidUastcBlock(std::uint8_t r, std::uint8_t g, std::uint8_t b, std::uint8_t a) {
     BitWriter bits;
     bits.put(0x17, 5);

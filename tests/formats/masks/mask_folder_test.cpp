@@ -274,7 +274,7 @@ TEST_F(MaskFiles, HaveNoRecordUntilAllOfThemAreThere) {
     EXPECT_TRUE(all.bytesOf(0, "after"));
     EXPECT_FALSE(fs::exists(begun));
     EXPECT_FALSE(fs::exists(scratch_ / "mask/000000_000001.png"));
-    // Earlier versions wrote such a record before all files were complete.
+    // Earlier versions wrote a record with an empty hash before all files were complete.
     std::ofstream(all.record(0)) << R"({"hash": "", "masks": 3, "layers": 2})";
     std::ofstream(scratch_ / "mask/000000_000002.png") << "left";
     write(all, 0, "after");

@@ -189,7 +189,8 @@ TEST_F(MeshScenes, OfAnObjKeepTheOrderOfItsFaces) {
                              "usemtl y\nf 1/1 3/1 4/-1\nusemtl x\nf -4 \\\n-3 -2 -1\n");
     ASSERT_EQ(scene.meshes.size(), 1U);
     const std::vector<Primitive>& parts = scene.meshes[0].primitives;
-    // A new part begins when the material changes, or the presence of texture coordinates.
+    // A new part begins where the material changes, and where faces begin or cease to have texture
+    // coordinates.
     ASSERT_EQ(parts.size(), 3U);
     EXPECT_EQ(parts[0].indices.size(), 3U);
     EXPECT_EQ(parts[1].texcoords[0][0], glm::vec2(0, 0.75F));

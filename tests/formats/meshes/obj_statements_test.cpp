@@ -7,7 +7,6 @@
 namespace peeler::test {
 namespace {
 
-// Items of lists in formats/README.md.
 constexpr const char* kObjShapes =
     "`v` (a fourth number: curve weight), `vt`, `vn`, `f`, `fo`, `l`, `p`, `o`, `g`, `usemtl`, "
     "`mtllib`; comments (after names, from ` # ` on), lines continued by a backslash";

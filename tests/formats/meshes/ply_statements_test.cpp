@@ -7,7 +7,6 @@
 namespace peeler::test {
 namespace {
 
-// Items of lists in formats/README.md.
 constexpr const char* kPlyShapes =
     "text or binary, any byte order and line ends; `face` with `vertex_indices` or "
     "`vertex_index`, `tristrips`; vertices alone (points)";

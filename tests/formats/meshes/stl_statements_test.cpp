@@ -6,7 +6,6 @@
 namespace peeler::test {
 namespace {
 
-// Items of lists in formats/README.md.
 constexpr const char* kStlTriangles =
     "triangles, binary or text, in one or several solids; ignored: facet normals, binary header, "
     "layout, capitals, repeated `solid` or `endsolid`";
@@ -41,7 +40,6 @@ std::string textStl(const std::string& facets) {
     return "solid a\n" + facets + "endsolid a\n";
 }
 
-/// Returns the text as a single line.
 std::string oneLine(std::string text) {
     std::ranges::replace(text, '\n', ' ');
     return text;

@@ -147,7 +147,7 @@ TEST_F(RayOutputs, PicturesGoFromBlackToTheGreatestValue) {
     EXPECT_EQ(byte(image, 0, 0), 0);
     EXPECT_EQ(byte(image, 0, 2), 4);
 
-    // With twice the range, the colours are those of half the ramp.
+    // The range is twice the largest value, so only the first half of the ramp appears.
     options.range = {0, 4};
     trace(*maps("half.png", options), std::span(bundles_).first(1));
     EXPECT_NEAR(double(byte(readFlatImage(path("half.png")), middle, 0)), 188, 2);
