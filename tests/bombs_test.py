@@ -52,15 +52,15 @@ def bomb(command, codes=(3,), words="", short=True):
 
 @bomb("info {}/scene.3mf", words="unpacks to more than")
 def a_3MF_of_blanks(folder):
-    model = threemf_package.model(" " * 200_000_000 + threemf_package.OBJECT)
+    model = threemf_package.model(" " * 50_000_000 + threemf_package.OBJECT)
     (folder / "scene.3mf").write_bytes(threemf_package.package(model))
 
 
 @bomb("info {}/scene.3mf", codes=(0, 3))
 def a_3MF_whose_part_is_larger_than_declared(folder):
-    packed = threemf_package.package(threemf_package.model(" " * 20_000_000 + threemf_package.OBJECT))
-    declared = struct.pack("<I", len(threemf_package.model(" " * 20_000_000 + threemf_package.OBJECT)))
-    (folder / "scene.3mf").write_bytes(packed.replace(declared, struct.pack("<I", 1000)))
+    model = threemf_package.model(" " * 5_000_000 + threemf_package.OBJECT)
+    declared = struct.pack("<I", len(model))
+    (folder / "scene.3mf").write_bytes(threemf_package.package(model).replace(declared, struct.pack("<I", 1000)))
 
 
 @bomb("info {}/scene.3mf", words="placed objects")
