@@ -266,7 +266,7 @@ TEST(Manual, ReadsAsTheHelpDoes) {
     const CommandResult page = runCommand({"groff", "-man", "-Tutf8", "-P-cbou", "-rLL=300n",
                                            (scratch / "peeler-extract.1").string()});
     for (const char* line :
-         {"-o, --output FILE", "#### or %04d becomes its number: .exr or", "origin + z * direction",
+         {"-o, --output FILE", "#### or %04d becomes the layer", "origin + z * direction",
           "peeler extract layers.exr -o layer.####.png", "128 + n", "peeler-render(1)",
           "#rrggbb[aa] or #rgb[a] in sRGB"})
         EXPECT_TRUE(contains(page.out, line)) << line << '\n' << page.out;
