@@ -44,9 +44,10 @@ using glm::vec4;
 #define PEELER_STAMPS 2      // two uints: the last passes that composited a front and a back fragment
 #define PEELER_COLORS 3      // four floats (eight with TINTED): colour
 #define PEELER_COUNTS 4      // uint: number of fragments, from the count pass
-// Blocks of layers that stay on the GPU, beside PEELER_LIST_HEADS (here the start of each pixel's list, then the end) and
-// PEELER_FRAGMENTS. Front to back:
-#define PEELER_LAYER_OFFSETS 2  // uint per pixel: index of its first fragment; then the end
+// Blocks of layers that stay on the GPU. PEELER_LIST_HEADS and PEELER_FRAGMENTS are used with them; here the list heads
+// are the start of each pixel's list, and one more entry after the last pixel is the end of the last list. Below, each
+// pixel's fragments are in order from front to back.
+#define PEELER_LAYER_OFFSETS 2  // uint per pixel: index of its first fragment; one more entry: number of all fragments
 #define PEELER_LAYER_COUNTS 3   // uint per pixel: number of fragments
 #define PEELER_LAYER_DEPTHS 4   // float per fragment: camera Z
 #define PEELER_LAYER_COLORS 5   // colour per fragment, as in stored_fragments.glsl

@@ -44,8 +44,9 @@ void packDeepRow(const LayeredImage& image, std::span<const ExrChannel> channels
 /// is `y`.
 LayeredImage emptyImage(const LayeredImage& like, int y);
 
-/// Returns the rows from `y` on of two images with the same width and arrays. `lower` begins below
-/// the last row of `upper`.
+/// Returns row `y` and all rows below it as one image. The rows are those of `upper`, then those of
+/// `lower`, which begins directly below the last row of `upper`. Both images have the same width
+/// and arrays.
 LayeredImage rowsFrom(int y, const LayeredImage& upper, const LayeredImage& lower);
 
 }  // namespace peeler

@@ -191,8 +191,8 @@ class ManifestReader {
         return storage == 1 ? number<std::uint32_t>() : shortNumber();
     }
 
-    /// Reads a group: channels, and ids with their texts. Keeps the first group for objects and the
-    /// first group for materials if their ids are 1, 2, 3, …, as peeler writes them.
+    /// Reads a group: channels, and ids with their texts. Of the groups whose ids are 1, 2, 3, …,
+    /// as peeler writes them, keeps the first for objects and the first for materials.
     void readGroup(IdNames& found) {
         const auto channels = list(), components = list();
         take(1);                        // lifetime of the ids

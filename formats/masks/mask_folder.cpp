@@ -158,7 +158,7 @@ MaskFolder::Record MaskFolder::readRecord(const fs::path& file) {
         whole = false;
         return 0;
     };
-    // These limits exceed the numbers of any view. Without limits, a damaged record could make
+    // No view has so many masks or layers. Without these limits, a damaged record could make
     // write() remove files endlessly.
     record.masks = std::min<std::uint64_t>(number("masks"), 10'000'000);
     record.layers = std::min<std::uint64_t>(number("layers"), 100'000);

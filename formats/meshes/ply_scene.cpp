@@ -619,12 +619,13 @@ class PlyReader {
     PlyFile ply_;
     std::unique_ptr<PlyNumbers> numbers_;
     std::uint64_t row_ = 0;
-    Primitive mesh_;  ///< the file's vertices; moved to the run if they are not split
+    Primitive mesh_;  ///< the file's vertices; without split_, the only run takes them
     bool vertices_read_ = false, translucent_ = false;
     std::uint64_t triangles_made_ = 0;
     std::uint64_t odd_faces_ = 0, bare_faces_ = 0, odd_numbers_ = 0;
     PolygonCutter cutter_;
-    /// Has a value if the corners at a vertex may differ, or if the file has several textures.
+    /// The distinct corners of the current run. Has a value if the corners at a vertex may differ,
+    /// or if faces have texture numbers.
     std::optional<CornerIndex> split_;
     CornerIndex uv_numbers_;
     bool has_corner_uvs_ = false;

@@ -50,7 +50,7 @@ class GnuParallel(PeelerTest):
         return done, codes
 
     def test_resume(self):
-        # The output folder's name is taken by a file, so the first failure ends the run.
+        # A file has the output folder's name, so every chunk fails. After the first failure, no further chunk starts.
         self.frames.write_text("")
         done, codes = self.run_script()
         self.assertNotEqual(done.returncode, 0)

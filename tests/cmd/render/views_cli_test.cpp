@@ -216,13 +216,14 @@ TEST_F(Views, OfRaysAreBundlesOrFiles) {
         hits += view.at("hits").get<std::uint64_t>();
     EXPECT_EQ(all.at("hits"), hits);
     EXPECT_EQ(alone[2].at("camera"), "0002");
-    // A view's file does not depend on other views traced before it, also with --dense.
+    // A view's file does not depend on other views traced before it.
     const std::string third = text("0002.npz");
     fs::remove(scratch_ / "0002.npz");
     const Json again = rays("@.npz", {"--skip-existing", "--chunk", "2/2"}).at("views");
     EXPECT_EQ(text("0002.npz"), third);
     EXPECT_FALSE(again.back().contains("skipped"));
     EXPECT_TRUE(rays("@.npz", {"--skip-existing"}).at("views")[2].contains("skipped"));
+    // --dense changes the files; a second run with it skips them.
     EXPECT_FALSE(
         rays("@.npz", {"--skip-existing", "--dense", "4"}).at("views")[2].contains("skipped"));
     EXPECT_TRUE(

@@ -31,8 +31,9 @@ struct Statement {
 using ReadStatement =
     std::function<std::vector<Text>(const std::filesystem::path& file, bool strict)>;
 
-/// Returns the list items below "### FORMAT" in formats/README.md, as results by content. The
-/// line "Read:", "Warned:" or "Refused:" before a list states the result of its items.
+/// Returns a map from Statement::says to Statement::becomes: the text and the result of each list
+/// item below "### FORMAT" in formats/README.md. The line "Read:", "Warned:" or "Refused:" before a
+/// list states the result of its items.
 inline std::map<std::string, std::string> statementItems(const std::string& format) {
     const std::map<std::string, std::string> outcomes = {
         {"Read:", "read"}, {"Warned:", "warned"}, {"Refused:", "refused"}};

@@ -15,7 +15,7 @@ namespace peeler::inline v0 {
 /// The maximum number of resident bytes that peeler may add to the process. Converts to and from a
 /// number of bytes; 0 = no limit.
 struct MemoryBudget {
-    // NOLINTNEXTLINE(google-explicit-constructor): so that a number is a budget without a source
+    // NOLINTNEXTLINE(google-explicit-constructor): so that a plain number can be passed as a budget
     MemoryBudget(std::uint64_t most = 0, std::string from = {})
         : bytes(most), source(std::move(from)) {}
 
