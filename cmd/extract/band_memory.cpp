@@ -37,8 +37,8 @@ std::uint64_t bandMemory(const LayeredInput& input, int rows, const BandUseOf& u
         counted ? std::min(read.fragments, counted->mostFragments(rows)) : read.fragments;
     const auto pixels = static_cast<std::uint64_t>(crop.width()) *
                         static_cast<std::uint64_t>(std::min(rows, crop.height()));
-    // The largest array counts twice, because growing arrays leave holes in the heap. The other
-    // arrays fill these holes.
+    // Growing arrays leave holes in the heap. The other arrays fill these holes, so only the
+    // largest array counts twice.
     const std::uint64_t lists =
         fragments * (of_band.list_bytes + of_band.array_bytes) + pixels * sizeof(std::uint32_t);
     const std::uint64_t chosen = std::min(fragments, pixels * of_band.layers);

@@ -85,9 +85,9 @@ void RowMerger::collect(std::size_t pixel) {
     });
 }
 
-/// Whether an entry may join the group. For each member, the member must be the fragment of its
-/// surface and sample that is nearest in Z to the entry. A nearer fragment exists only if a surface
-/// covers the pixel more than once (front and back of a ball, folds).
+/// Whether an entry may join the group. It may not if it is nearer in Z to another fragment of a
+/// member's surface and sample than to this member. Such a fragment exists only if a surface covers
+/// the pixel more than once (front and back of a ball, folds).
 bool RowMerger::fits(const Group& group, const Entry& entry) const {
     for (const int member : group.members) {
         if (member < 0) continue;

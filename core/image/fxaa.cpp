@@ -123,10 +123,10 @@ struct Neighbourhood {
 };
 
 /// The end of an edge. An edge runs between two lines of pixels, and is searched pair by pair (one
-/// pixel from each line). It ends at the first pair whose mean luma differs from the mean luma of
-/// the pair where the search begins.
+/// pixel from each line). It ends at the first pair whose mean luma differs enough (kEndShare)
+/// from the mean luma of the pair where the search begins.
 struct EdgeEnd {
-    int distance;  ///< distance to the pair, in pixels; kFxaaReach + 1 if no pair differs
+    int distance;  ///< distance to the pair, in pixels; kFxaaReach + 1 if there is none
     float change;  ///< mean luma of the pair minus mean luma of the pair where the search begins
 };
 

@@ -104,9 +104,10 @@ SizeForecast forecastWorldTracingSample(const std::string& path, const Plan& pla
 /// scipy's CSR form, `data` (float), `indices`, `indptr` (int32, or int64 for large pictures) and
 /// `shape` (2; int64). The matrix has 16 rows, one for each of the nearest layers, and 7·h·w
 /// columns, so that it can be reshaped to (16, 7, h, w). The seven values are the distance from the
-/// camera (0: no hit), the normal on the front of the flat triangle in the camera's axes (x right,
-/// y up, z backward), and the base colour, sRGB, 0–1. Every hit stores all seven values, even
-/// zeros. write() throws Error (kUsage) if any of xrayChannels() is missing.
+/// camera (0: no hit); the triangle's own normal (not interpolated), on the triangle's front
+/// side, in the camera's axes (x right, y up, z backward); and the base colour, sRGB, 0–1. Every
+/// hit stores all seven values, even zeros. write() throws Error (kUsage) if any of xrayChannels()
+/// is missing.
 std::unique_ptr<Sink> makeXray(const std::string& path, const OutputOptions& options);
 std::span<const Channel> xrayChannels();
 SizeForecast forecastXray(const std::string& path, const Plan& plan, const OutputOptions& options);

@@ -31,9 +31,10 @@ std::vector<std::uint8_t> decodeDataUri(std::string_view uri, const std::string&
 /// the size limit.
 ///
 /// Scenes often arrive without their original folder structure. If a name does not lead to a
-/// readable file, the folder is searched for the end of the name's path, longest first:
-/// "textures/a.png", then "a.png", for "C:\Users\me\textures\A.PNG". Case is ignored if only one
-/// file then matches. A warning names the file that is used instead. Not thread-safe.
+/// readable file, the name's first folders are removed one by one until the rest leads to a file in
+/// the folder. For "C:\Users\me\textures\A.PNG", the last two attempts are "textures/A.PNG" and
+/// "A.PNG". Case is ignored if only one file then matches. A warning names the file that is used
+/// instead. Not thread-safe.
 class GltfFolder {
   public:
     /// Opens the sandbox for the folder of this scene file.

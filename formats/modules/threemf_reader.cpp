@@ -346,8 +346,9 @@ void readRequest(SharedFile& request, SharedFile& result) {
 }  // namespace peeler
 
 int main(int count, char** arguments) {
-    // libzip converts dates. Under the filter of system calls, the file of a time zone cannot be
-    // read or checked for changes.
+    // libzip converts dates. For this, the C library would read the time-zone file or check whether
+    // it has changed, but the filter of system calls allows neither. So chooses UTC, and loads it
+    // before the filter is set.
     setenv("TZ", "", 1);
     tzset();
     peeler::helperMain(count, arguments, peeler::readRequest);

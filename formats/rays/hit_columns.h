@@ -50,7 +50,7 @@ struct HitBatch {
     std::span<const glm::vec3> normals{}, geometric_normals{};
 };
 
-/// A column: the same number or vector of every hit.
+/// A column: one quantity (a number or a vector) of every hit.
 struct HitColumn {
     std::string_view name;
     NumberType type;

@@ -118,9 +118,9 @@ void checkHitFormat(const std::string& path);
 /// Returns an output that stores the hits before and after each point, as arrays for d parallel
 /// bundles and n points: `t_before`, `t_after` (d, n; float, scene units, inf if there is no hit),
 /// `geometry_ids_before`, `geometry_ids_after`, `primitive_ids_before`, `primitive_ids_after` (d,
-/// n; uint32, 0xFFFFFFFF if there is no hit, as Open3D's INVALID_ID), `points` (n, 3; world space)
-/// and `directions` (d, 3; unit vectors), double. Bundles are written one by one, so the output
-/// takes 32 bytes of memory per point for any number of bundles.
+/// n; uint32, 0xFFFFFFFF if there is no hit, as Open3D's INVALID_ID), `points` (n, 3; double,
+/// world space) and `directions` (d, 3; double, unit vectors). Bundles are written one by one, so
+/// the output takes 32 bytes of memory per point for any number of bundles.
 std::unique_ptr<RayOutput> makeNextHitOutput(std::string path, const PosedScene& posed,
                                              std::vector<glm::dvec3> points);
 

@@ -5,8 +5,8 @@ cmake_minimum_required(VERSION 3.22)
 include(${SETTINGS})
 include(${CMAKE_CURRENT_LIST_DIR}/../../cmd/packages/libraries.cmake)
 
-# Large libraries that are hardly used: Embree only by tests that the run skips; the others, which LLVM links, only by
-# features that Mesa does not use.
+# Large libraries that the run does not need. Only tests that the run skips use Embree. LLVM links the other libraries,
+# but uses them only for features that Mesa does not need.
 set(unused "^lib(embree|z3|xml2|edit)")
 set(library_folders /usr/lib/${architecture} /lib/${architecture} /usr/lib /lib)
 

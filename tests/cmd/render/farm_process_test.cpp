@@ -188,7 +188,7 @@ struct Held {
     std::size_t files = 0;
 };
 
-/// Pauses a process and returns the resources that it holds; all 0 if it has ended.
+/// Returns the resources that a process holds; all 0 if it has ended. Pauses the process meanwhile.
 Held heldBy(pid_t pid) {
     const fs::path process = fs::path("/proc") / std::to_string(pid);
     kill(pid, SIGSTOP);

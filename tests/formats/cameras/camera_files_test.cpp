@@ -163,7 +163,8 @@ TEST(CameraFiles, FieldsOfViewAndSizesOfTransforms) {
     const ScratchDir scratch;
     const std::string frame = R"("frames": [{"file_path": "train/r_0", "transform_matrix": [)" +
                               kKnownOpenglRows + "]}]}";
-    // NeRF's own files have a field of view; their pictures have neither extensions nor sizes.
+    // NeRF's own files give a field of view but no picture size, and their picture names have no
+    // extension.
     const auto path = put(scratch / "transforms_train.json",
                           R"({"camera_angle_x": 0.6911112070083618, )" + frame);
     const FileCamera nerf = only(path, {{}, {800, 600}});

@@ -150,7 +150,8 @@ TEST(GltfAccessor, AppliesSparseSubstitutionToIndicesAndToAStretch) {
         {"indices", {{"bufferView", places}, {"componentType", 5123}}},
         {"values", {{"bufferView", values}}}};
     builder.attributes()["POSITION"] = position;
-    // The indices have no buffer view either: they are zeros, all replaced by the sparse values.
+    // The accessor of the indices has no buffer view, so they start from zeros. The sparse values
+    // replace all of them.
     const int which = builder.addView(toBytes<std::uint8_t>({0, 1, 2}));
     const int index_values = builder.addView(toBytes<std::uint32_t>({3, 4, 5}));
     builder.primitive()["indices"] =
