@@ -17,6 +17,7 @@ import re
 import subprocess
 import sys
 import textwrap
+from itertools import groupby
 from os.path import commonprefix
 from pathlib import Path
 from typing import Dict, Iterator, List, NamedTuple, Tuple
@@ -394,11 +395,14 @@ def numbers_of(results: str) -> str:
 
 
 def origin_of(sections: Dict[str, str]) -> str:
-    """Returns the machine, renderer and commit of the numbers; one line per section if they differ."""
+    """Returns the machine, renderer and commit of the numbers. If they differ, returns a line for the rows of each
+    section."""
     origins = {}
-    for name in dict.fromkeys(number.section for number in NUMBERS):
+    for name, numbers in groupby(enumerate(NUMBERS, 1), lambda numbered: numbered[1].section):
         told = dict(re.findall(r"^- (commit|machine|renderer): (.*)$", sections[name], re.M))
-        origins[SECTIONS[name].title] = f"{told['machine']}; {told['renderer']}; commit {told['commit'][:10]}."
+        first, *others = (row for row, _ in numbers)
+        title = f"Rows {first} to {others[-1]}" if others else f"Row {first}"
+        origins[title] = f"{told['machine']}; {told['renderer']}; commit {told['commit'][:10]}."
     if len(set(origins.values())) == 1:
         return next(iter(origins.values()))
     return "\n".join(f"{title}: {origin}" for title, origin in origins.items())
