@@ -400,12 +400,12 @@ def origin_of(sections: Dict[str, str]) -> str:
     origins = {}
     for name, numbers in groupby(enumerate(NUMBERS, 1), lambda numbered: numbered[1].section):
         told = dict(re.findall(r"^- (commit|machine|renderer): (.*)$", sections[name], re.M))
-        first, *others = (row for row, _ in numbers)
-        title = f"Rows {first} to {others[-1]}" if others else f"Row {first}"
-        origins[title] = f"{told['machine']}; {told['renderer']}; commit {told['commit'][:10]}."
+        rows = [row for row, number in enumerate(NUMBERS, 1) if number.section == name]
+        group = f"Row {rows[0]}" if len(rows) == 1 else f"Rows {rows[0]} {'and' if len(rows) == 2 else 'to'} {rows[-1]}"
+        origins[group] = f"{told['machine']}; {told['renderer']}; commit {told['commit'][:10]}."
     if len(set(origins.values())) == 1:
         return next(iter(origins.values()))
-    return "\n".join(f"{title}: {origin}" for title, origin in origins.items())
+    return "\n".join(f"{group}: {origin}" for group, origin in origins.items())
 
 
 def with_numbers(readme: str, results: str) -> str:
