@@ -441,11 +441,11 @@ void Bake::report() {
 }
 
 constexpr const char* kBakeFooter =
-    "A .glb gets a COLOR_0 for display (linear, 16 bits), which viewers multiply with the\n"
-    "material's colour: ao and sky-visibility times the existing COLOR_0, bent-normal as\n"
-    "n/2+1/2, thickness divided by the largest, irradiance as E/pi (the light that a\n"
-    "white surface reflects); clipped at 1. It also gets the values themselves as 32-bit\n"
-    "floats: _AO and so on. A .png contains the values of COLOR_0 without the existing\n"
+    "A .glb gets a COLOR_0 for display (linear, 16 bits, clipped at 1), which viewers multiply\n"
+    "with the material's colour. COLOR_0 contains ao and sky-visibility times the existing\n"
+    "COLOR_0, bent-normal as n/2+1/2, thickness divided by the largest, irradiance as E/pi\n"
+    "(the light that a white surface reflects). The .glb also gets the values themselves as\n"
+    "32-bit floats: _AO and so on. A .png contains the values of COLOR_0 without the existing\n"
     "colour, an .exr the values themselves. Normals and distances are in world space. If nodes\n"
     "with the same mesh get different values, each node gets its own copy of the mesh. The\n"
     "instances of a node (EXT_mesh_gpu_instancing) share the mean of their values. Values are\n"

@@ -145,7 +145,7 @@ VerbAction declareHoldout(VerbOptions& verb) {
     verb.footer(
         "Every fragment is weakened by the matte in front of it, also where the matte is\n"
         "partly transparent. Composites of elements that hold each other out add up to the\n"
-        "composite of all: hold a out by b, and b by a with --same-depth in-front.");
+        "composite of all: hold A out by B, and B out by A with --same-depth in-front.");
     return [options](Session& session) {
         options->matte.threads = options->threads;
         options->matte.report = options->report;

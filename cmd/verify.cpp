@@ -197,7 +197,8 @@ VerbAction declareVerify(VerbOptions& verb) {
         "end.\n"
         "\n"
         "Exit codes: 0 all files are good; 3 a file is unreadable or inconsistent, or its\n"
-        "settings differ from the other files'; 6 only fragments or frames are missing.");
+        "settings differ from the other files'; 6 fragments or frames are\n"
+        "missing, but nothing else is wrong.");
     return [options](Session& session) { return verifyAll(*options, session.reporter()); };
 }
 

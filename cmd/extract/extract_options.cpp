@@ -146,9 +146,8 @@ void addExtractOptions(VerbOptions& verb, ExtractOptions& options) {
     verb.option("--output")
         .required(false)
         .description(
-            "one file per layer; #### or %04d becomes the layer's number: .exr or .safetensors "
-            "(all "
-            "channels, cropped to the layer), .npz (rgba and z), .png, .jpg, .tif")
+            "one file per layer: .exr or .safetensors (all channels, cropped to the layer), .npz "
+            "(rgba and z), .png, .jpg, .tif; #### or %04d becomes the layer's number")
         .files(".exr .safetensors .npz .png .jpg .tif");
     const auto add = [&](const char* name, auto& target, const char* endings, const char* help) {
         addFile(verb, name, "FILE", target, help).files(endings).group("Output");

@@ -32,8 +32,8 @@ void addMaskPictureOptions(VerbOptions& verb, MaskPictureOptions& options, Captu
     addDisplayOptions(verb, options.output);
     verb.option("--background")
         .description(
-            "background of --rgb: transparent, r,g,b[,a] in linear light, or #rrggbb[aa] in sRGB "
-            "(default: transparent)");
+            "background of --rgb: transparent, a basic colour of CSS such as white, #rrggbb[aa] or "
+            "#rgb[a] in sRGB, or r,g,b[,a] in linear light (default: transparent)");
     addValue(
         verb, "--samples", "N", options.samples,
         [](const std::string& text) { return static_cast<int>(parseInteger(text, 1, 256)); },

@@ -22,7 +22,8 @@ constexpr std::string_view kGlobPrefix = "glob:", kExtrasPrefix = "extras:";
 
 constexpr Choice<ObjectsBy> kObjectsBy[] = {
     {"node", ObjectsBy::kNode,
-     "one per node with a mesh, and one per instance of it (EXT_mesh_gpu_instancing)"},
+     "one per node with a mesh, or one per instance if the node has instances "
+     "(EXT_mesh_gpu_instancing)"},
     {"material", ObjectsBy::kMaterial, "one per material"},
 };
 /// Values of --by other than those in kObjectsBy, for the help.

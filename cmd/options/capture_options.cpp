@@ -139,8 +139,8 @@ void addRayFacesOption(VerbOptions& verb, std::optional<Faces>& faces) {
     addValue(
         verb, "--faces", "NAME", faces,
         [](const std::string& text) { return choose<Faces>("choice of faces", kRayFaces, text); },
-        "sides of triangles that rays hit (default: both; gltf for the rays of a camera, as in "
-        "peeler render, unless an output needs the inside):")
+        "sides of triangles that rays hit (default: both; for the rays of a camera gltf, as in "
+        "peeler render, except with --parity or a map of the inside of solids):")
         .oneOf(describeChoices(kRayFaces))
         .group("Rays");
 }

@@ -144,7 +144,7 @@ Json forecastJson(const Forecast& forecast, const DiskSpaceOf& disk) {
 void addDryRunOption(VerbOptions& verb, bool& dry_run) {
     verb.addFlag(
             "--dry-run", dry_run,
-            "print the planned files, their sizes and the memory needed as JSON, and write nothing")
+            "print as JSON the planned files, their sizes and the memory needed, and write nothing")
         .group("Output");
 }
 

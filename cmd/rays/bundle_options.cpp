@@ -99,8 +99,8 @@ void addBundleOptions(VerbOptions& verb, BundleOptions& options, SceneReadOption
     addViewOptions(verb, options.views);
     verb.option("--camera")
         .description(
-            "trace one ray per pixel of this camera of the scene, by name or index, or with auto "
-            "of one that sees the whole scene; --eye and the options below define a camera "
+            "trace one ray per pixel of a camera: a camera of the scene, by name or index, or "
+            "auto, which sees the whole scene; --eye and the options below define a custom camera "
             "instead");
     verb.option("--size").description("size of the camera's picture in pixels (default: 1280x720)");
 }

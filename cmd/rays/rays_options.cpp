@@ -30,14 +30,13 @@ namespace fs = std::filesystem;
 
 constexpr Choice<ParityUse> kParityUses[] = {
     {"report", ParityUse::kReport, "warn about each, and go on"},
-    {"fail", ParityUse::kFail,
-     "end with exit code 3; --include and --exclude choose the surfaces to check"},
+    {"fail", ParityUse::kFail, "end with exit code 3"},
 };
 
 constexpr Choice<Overlap> kOverlaps[] = {
     {"winding", Overlap::kWinding,
      "they are one body (default); surfaces that are open or do not face outwards follow "
-     "parity, with a warning if you give --overlap winding"},
+     "parity, with a note, or with a warning if --overlap winding is given"},
     {"parity", Overlap::kParity, "they cancel out"},
 };
 
@@ -50,13 +49,13 @@ constexpr const char* kRaysFooter =
     "normals (for shading) and primitive_normals (of the flat triangle) (n, 3; world space,\n"
     "pointing out of the front), node_ids, mesh_ids, instance_ids (within the node), material_ids\n"
     "(n; indices into the glTF, from 0, 0xFFFFFFFF = none); --columns chooses among these.\n"
-    "Per bundle: bundle_origin, bundle_direction, bundle_right, bundle_up (b, 3), bundle_size\n"
-    "(b, 2), float64, bundle_resolution (b, 2) and bundle_window (b, 4; x, y, width, height of\n"
-    "the traced rays; all rays without --crop), int64, and bundle_perspective (b, 0 or 1);\n"
-    "arrays_version.\n"
+    "Per bundle: bundle_origin, bundle_direction, bundle_right, bundle_up (b, 3; float64),\n"
+    "bundle_size (b, 2; float64), bundle_resolution (b, 2; int64), bundle_window (b, 4; int64;\n"
+    "x, y, width, height of the traced rays: all rays without --crop) and bundle_perspective\n"
+    "(b; 0 or 1). Also arrays_version.\n"
     "With --dense N, for w x h rays per bundle, arrays of n are (h, w, N) or (h, w, N,\n"
-    "components); for several bundles, all of one size, (b, h, w, N, ...); count (h, w, uint32;\n"
-    "all hits of the ray) replaces ray_splits.\n"
+    "components); for several bundles, which must have the same size, (b, h, w, N, ...); count\n"
+    "(h, w, uint32; all hits of the ray) replaces ray_splits.\n"
     "peeler extract uses the same names. Rays are ordered by bundle, then by row from the top.\n"
     "With (W, H) = bundle_resolution and\n"
     "  p = origin + ((i + 0.5) / W - 0.5) * size[0] * right\n"
@@ -204,9 +203,11 @@ void addRaysOptions(VerbOptions& verb, RaysOptions& options) {
     verb.addFlag("--double", options.double_points,
                  "write x, y, z of a .ply in 64 bits instead of 32")
         .group("Output");
-    addValue(verb, "--columns", "LIST|all", options.columns, parseColumns,
-             "columns of the hits, separated by commas (default: all); fewer columns are faster; "
-             "arrays always have ray_splits and the bundles, a .ply has x, y, z and bundle:")
+    addValue(
+        verb, "--columns", "LIST|all", options.columns, parseColumns,
+        "columns of the hits, separated by commas; fewer columns are faster; besides them, arrays "
+        "always have ray_splits and the bundles, and a .ply always has x, y, z and bundle "
+        "(default: all):")
         .someOf(columnChoices())
         .group("Output");
     addDenseOptions(verb, options.output);
@@ -229,8 +230,8 @@ void addRaysOptions(VerbOptions& verb, RaysOptions& options) {
         [](const std::string& text) {
             return choose<ParityUse>("use of parity", kParityUses, text);
         },
-        "check that surfaces are closed; a ray must leave each surface that it enters. If rays hit "
-        "a surface an odd number of times:")
+        "check that surfaces are closed: a ray must leave each surface that it enters; --include "
+        "and --exclude choose the surfaces to check. If rays hit a surface an odd number of times:")
         .oneOf(describeChoices(kParityUses))
         .group("Inside");
     addValue(
@@ -238,7 +239,7 @@ void addRaysOptions(VerbOptions& verb, RaysOptions& options) {
         [](const std::string& text) {
             return choose<Overlap>("rule for overlaps", kOverlaps, text);
         },
-        "rule for shells of one surface that overlap, in maps and voxels:")
+        "rule for overlapping shells of one surface, in maps and voxels:")
         .oneOf(describeChoices(kOverlaps))
         .group("Inside");
     addShownOptions(verb, options);

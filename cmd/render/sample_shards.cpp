@@ -84,10 +84,10 @@ void checkShardName(const RenderOptions& options) {
 void addShardOptions(VerbOptions& verb, ShardOptions& options) {
     addValue(
         verb, "--shard-member", "EXT", options.sample, [](const std::string& text) { return text; },
-        "extension of the samples' files in shards, whose name is then {stem}.EXT, or the whole "
-        "name, such as '{folder}_{stem}.npz' (default: the extension that --as implies; exr "
-        "without --as); the numbers of frame and view are added; an output such as "
-        "'train-%06d.tar' writes shards: tar files for webdataset")
+        "name of the samples' files in the shards (tar files for webdataset) that an output "
+        "such as 'train-%06d.tar' writes: an extension, for the name {stem}.EXT, or a whole name, "
+        "such as '{folder}_{stem}.npz'; the numbers of frame and view are added (default: "
+        "the extension that --as implies; exr without --as)")
         .group(kShardsGroup);
     addValue(
         verb, "--shard-count", "N", options.samples,

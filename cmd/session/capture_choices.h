@@ -42,8 +42,7 @@ inline constexpr Choice<RayEngine> kEngines[] = {
      "gl if there is a GPU, or --backend, --device or --require-gpu is given; else cpu"},
     {"cpu", RayEngine::kCpu,
      "software rasteriser that needs no GL and finds the same hits on every machine"},
-    {"gl", RayEngine::kGl,
-     "GL device that renders pictures; hits are the fragments of peeler render"},
+    {"gl", RayEngine::kGl, "GL device; hits are the fragments that peeler render finds"},
 };
 
 /// The default side of points in display pictures, in pixels.
