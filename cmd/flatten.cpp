@@ -57,7 +57,7 @@ void flatten(const FlattenOptions& options, Reporter& reporter) {
     LayeredRun run(options, {options.input}, reporter);
     if (options.blendsTail() && options.max_layers == 0)
         throw Error(ErrorKind::kUsage, "a tail needs a layer limit", "--tail blend",
-                    "add --layers N, or leave it out");
+                    "add --layers N, or leave --tail out");
     run.checkFiles();
     const auto input = run.openInput(options.objects);
     limitLayers(options, *input, run);

@@ -276,7 +276,8 @@ void Render::forecast(Json& result) {
         prepare(picture);
     } catch (const Error& error) {
         if (error.kind() != ErrorKind::kDevice) throw;
-        reporter_.warning("The picture's size and memory are unknown: " + error.whatText() + ".");
+        reporter_.warning(
+            "The output file's size and the memory needed are unknown: " + error.whatText() + ".");
         return;
     }
     result["forecastBytes"] = *picture.result.forecast_bytes;

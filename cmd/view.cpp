@@ -214,8 +214,9 @@ bool chooseKind(const ViewOptions& options, OutputRequest& output) {
     const bool page = format.holds(OutputContent::kPage);
     output.options.as = page ? format.kind : "composite";
     if (page && options.camera.changesAnything()) {
-        throw Error(ErrorKind::kUsage, "a page starts at the file's camera", output.path.string(),
-                    "leave camera and picture options out, or write a .png");
+        throw Error(ErrorKind::kUsage, "an HTML page always starts at the file's camera",
+                    output.path.string(),
+                    "leave out --size, --crop and the camera options, or write a .png");
     }
     if (!page && options.max_fragments) {
         throw Error(ErrorKind::kUsage, "only a page has a fragment limit", "--max-fragments",

@@ -57,7 +57,7 @@ int chooseNode(const Scene& scene, const std::string& text) {
     }
     if (const auto found = findNameOrIndex(text, names)) return static_cast<int>(*found);
     throw Error(ErrorKind::kUsage, "unknown node", "--clip-mesh " + text,
-                choiceHint(text, "nodes", listed) + "; or an index from 0 to " +
+                choiceHint(text, "nodes", listed) + "; or give an index from 0 to " +
                     std::to_string(scene.nodes.size() - 1));
 }
 

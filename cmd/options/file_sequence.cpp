@@ -206,7 +206,7 @@ void FileSequence::checkOutputs() const {
         for (const PictureNumber& number : pictures_) {
             if (names.insert(nameOf(option.text, number)).second) continue;
             throw Error(ErrorKind::kUsage,
-                        "all " + std::to_string(pictures_.size()) +
+                        "at least two of the " + std::to_string(pictures_.size()) +
                             " pictures would have the same file name",
                         option.name + ' ' + option.text,
                         "put #### for the frame's number, or @@@@ for the view's, into the "

@@ -259,7 +259,7 @@ void ViewList::placeObjects(const Scene& scene) {
                 throw Error(ErrorKind::kInput,
                             "no node of the scene is called obj_" + std::to_string(object.id),
                             options_.file->string() + ", view " + view.name,
-                            "name the nodes of the objects obj_000012 or 12");
+                            "name each object's node after its id, such as obj_000012 or 12");
             const bool again = std::ranges::any_of(
                 placed, [&](const PlacedNode& one) { return one.node == node->second; });
             if (again)

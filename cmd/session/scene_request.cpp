@@ -63,7 +63,7 @@ std::size_t variantNamed(const Scene& scene, const std::string& text) {
     std::string hint =
         choiceHint(text, "variants",
                    std::vector<std::string_view>(scene.variants.begin(), scene.variants.end()));
-    if (!names.empty()) hint += "; or an index from 0 to " + std::to_string(names.size() - 1);
+    if (!names.empty()) hint += "; or give an index from 0 to " + std::to_string(names.size() - 1);
     throw Error(ErrorKind::kUsage, "unknown variant", "--variant " + text, hint);
 }
 

@@ -111,7 +111,7 @@ std::size_t chooseFrom(const std::string& kind, const Text& field, const std::st
     const bool none = names.empty();
     throw Error(ErrorKind::kUsage, "unknown " + kind, field + " " + text,
                 none ? "the scene has no " + kind + "; leave " + field + " out"
-                     : choiceHint(text, pluralOf(kind), listed) + "; or an index from 0 to " +
+                     : choiceHint(text, pluralOf(kind), listed) + "; or give an index from 0 to " +
                            std::to_string(names.size() - 1));
 }
 

@@ -137,7 +137,7 @@ void ExrDeepReader::warnOfColors() {
     if (!colors_.colored())
         warnings.warn("The samples have no colours (R, G, B or Y): they are black.", where);
     else if (!colors_.complete())
-        warnings.warn("The samples lack one of R, G and B; it is taken as 0.", where);
+        warnings.warn("The samples lack R, G or B; what is missing is taken as 0.", where);
     if (!colors_.chroma[0].empty())
         warnings.warn("The samples' colours are taken as grey (Y), without RY and BY.", where);
     if (colors_.alpha.empty() && !colors_.tinted())

@@ -326,7 +326,7 @@ void placePixels(View& view, const Window& data, bool pixels_only, const std::st
         throw Error(ErrorKind::kInput,
                     "the display window of " + std::to_string(view.width) + " x " +
                         std::to_string(view.height) + " pixels is too large for the stored pixels",
-                    path, "write it again with a smaller one");
+                    path, "write the file again with a smaller display window");
     }
     view.crop = pixels_only ? display : unite(display, data);
 }

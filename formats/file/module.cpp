@@ -41,10 +41,10 @@ fs::path moduleFile(const std::string& name) {
                                              code.parent_path() / PEELER_MODULES, code / "peeler"};
     for (const fs::path& folder : folders)
         if (isSeen(folder / name)) return folder / name;
-    throw Error(ErrorKind::kInternal, "a part of peeler is not installed",
-                (folders[1] / name).string(),
-                "copy the folder " PEELER_MODULES " with the program; peeler also looked in " +
-                    folders[0].string() + " and " + folders[2].string());
+    throw Error(
+        ErrorKind::kInternal, "a part of peeler is not installed", (folders[1] / name).string(),
+        "copy the folder " PEELER_MODULES " along with the program; peeler also looked in " +
+            folders[0].string() + " and " + folders[2].string());
 }
 
 void* moduleFunction(const char* module, const char* function) {

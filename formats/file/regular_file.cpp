@@ -71,7 +71,7 @@ Bytes readAll(const std::filesystem::path& path, std::uint64_t max_bytes) {
         throw Error(ErrorKind::kInput,
                     "the file has " + std::to_string(file.size()) + " bytes, but the limit is " +
                         std::to_string(max_bytes),
-                    path.string(), "split the file or raise the limit");
+                    path.string(), "split the file or make it smaller");
     Bytes bytes(file.size(), {});
     bytes.resize(file.readSome(0, {reinterpret_cast<char*>(bytes.data()), bytes.size()}));
     return bytes;

@@ -161,7 +161,7 @@ class MaterialReader {
             throw Error(ErrorKind::kInput,
                         "the texture's only image needs " + name + ", which is not supported",
                         place,
-                        "add a PNG or JPEG fallback, or go on without it: " +
+                        "add a PNG or JPEG fallback, or go on without the texture: " +
                             Parameter::kIgnoredExtensions + " " + name);
         }
         missing(where, "it has no image", "add a PNG or JPEG image");

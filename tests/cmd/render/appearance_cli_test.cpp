@@ -98,7 +98,7 @@ TEST_F(Appearance, UnknownVariantsAreRefusedWithTheList) {
     EXPECT_EQ(result.exit_code, 2);
     EXPECT_NE(result.err.find("unknown variant: --variant gren"), std::string::npos) << result.err;
     EXPECT_NE(result.err.find("did you mean 'green'?"), std::string::npos) << result.err;
-    EXPECT_NE(result.err.find("red, green; or an index from 0 to 1"), std::string::npos);
+    EXPECT_NE(result.err.find("red, green; or give an index from 0 to 1"), std::string::npos);
     const std::filesystem::path none = writeScene(folder_.path(), stackScene(1));
     scene_ = none;
     EXPECT_NE(run({"--variant", "red"}).err.find("there are no variants"), std::string::npos);
