@@ -116,7 +116,8 @@ class WorldTracingSample final : public Sink {
             for (std::size_t p = first; p < last; ++p) {
                 if (band.count(p) <= layer) continue;
                 const double x = static_cast<double>(p % width) + band.window.x0 + view_.sample.x;
-                const double y = static_cast<double>(p / width) + band.window.y0 + view_.sample.y;
+                const std::size_t row = p / width;
+                const double y = static_cast<double>(row) + band.window.y0 + view_.sample.y;
                 points[p - first] =
                     cameraPoint(view_, x, y, static_cast<double>(band.z[band.offsets[p] + layer]));
                 masks[p - first] = 1;
