@@ -141,22 +141,29 @@ class PartChecker {
 
     /// Adds self-intersections of a shell, and overlaps between shells, from the crossings.
     void addCrossings() {
-        std::vector<std::uint32_t> own, others = shellsOf(ShellSide::kInside);
-        std::uint64_t own_pairs = 0, overlapping = others.size();
+        const CrossingCurve curve(report_.turned);
+        report_.crossing_length = curve.length(report_.crossings.pairs);
+        const auto inside = shellsOf(ShellSide::kInside);
+        std::vector<glm::dvec3> own, others = middlesOf(inside);
+        const auto mark = [&](std::vector<glm::dvec3>& places, const CrossingPair& pair) {
+            if (places.size() < kPlaces) places.push_back(curve.middle(pair));
+        };
+        std::uint64_t own_pairs = 0, overlapping = inside.size();
         std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint64_t> shells;
-        for (const auto& [a, b] : report_.crossings.pairs) {
-            const std::uint32_t x = report_.topology.shell_of[a], y = report_.topology.shell_of[b];
+        for (const CrossingPair& pair : report_.crossings.pairs) {
+            const std::uint32_t x = report_.topology.shell_of[pair.first],
+                                y = report_.topology.shell_of[pair.second];
             if (x == y) {
                 ++own_pairs;
-                own.push_back(a);
+                mark(own, pair);
             } else if (++shells[std::minmax(x, y)] == 1) {
                 ++overlapping;
-                others.push_back(a);
+                mark(others, pair);
             }
         }
         const bool more = report_.crossings.more;
-        add(PartProblem::kSelfIntersections, own_pairs, middlesOf(own), more);
-        add(PartProblem::kOverlaps, overlapping, middlesOf(others), more);
+        add(PartProblem::kSelfIntersections, own_pairs, std::move(own), more);
+        add(PartProblem::kOverlaps, overlapping, std::move(others), more);
         add(PartProblem::kUncertainCrossings, more ? 1 : 0, {});
     }
 
@@ -202,13 +209,14 @@ void checkOverlaps(CheckReport& report, const Progress& progress) {
                                         first.begin()) -
                1;
     };
+    const CrossingCurve curve(all);
     std::map<std::pair<std::size_t, std::size_t>, PartOverlap> overlaps;
-    for (const auto& [a, b] : crossings.pairs) {
-        const std::size_t x = partOf(a), y = partOf(b);
+    for (const CrossingPair& pair : crossings.pairs) {
+        const std::size_t x = partOf(pair.first), y = partOf(pair.second);
         if (x == y) continue;
         const auto [entry, fresh] = overlaps.try_emplace(std::minmax(x, y));
         PartOverlap& overlap = entry->second;
-        if (fresh) overlap = {entry->first.first, entry->first.second, 0, all.middle(a)};
+        if (fresh) overlap = {entry->first.first, entry->first.second, 0, curve.middle(pair)};
         ++overlap.pairs;
     }
     for (const auto& [parts, overlap] : overlaps)

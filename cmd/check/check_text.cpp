@@ -299,6 +299,7 @@ Json partJson(const PartReport& part) {
     json["selfIntersections"] = part.count(PartProblem::kSelfIntersections);
     json["overlaps"] = part.count(PartProblem::kOverlaps);
     json["moreCrossings"] = part.crossings.more;
+    json["crossingLength"] = part.crossing_length;
     json["weldTolerance"] = part.weld;
     json["weldedPoints"] = part.welded_points;
     json["bounds"] = boundsJson(part.mesh.bounds());

@@ -56,6 +56,7 @@ struct PartReport {
     PartTopology topology;
     std::vector<ShellSide> sides;
     Crossings crossings;
+    double crossing_length = 0;  ///< of the crossings' segments, scene units
     double area = 0;
     std::optional<double> volume, union_volume;  ///< closed parts only; cubic scene units
     FoundWall found_wall;                        ///< between faces that no surface crosses

@@ -23,7 +23,8 @@ struct Mark {
 constexpr Mark kOpenMark{"open edges", {1, 0.02F, 0.02F}};
 constexpr Mark kCrowdedMark{"edges of more than two triangles", {0.9F, 0, 0.7F}};
 constexpr Mark kTurnedMark{"flipped or inside out", {1, 0.3F, 0}};
-constexpr Mark kCrossingMark{"crossing or overlapping", {0.9F, 0.75F, 0}};
+constexpr Mark kCrossingMark{"crossings", {0.9F, 0.75F, 0}};
+constexpr const char* kOverlapText = "crossing or overlapping";
 constexpr Mark kFlatMark{"without volume", {0, 0.4F, 0.3F}};
 constexpr Mark kWallMark{"thinnest wall", {0, 0.15F, 1}};
 
@@ -35,6 +36,11 @@ constexpr std::pair<PartProblem, Mark> kMarks[] = {
     {PartProblem::kEmpty, kTurnedMark},           {PartProblem::kFlat, kFlatMark},
     {PartProblem::kUncertainWall, kWallMark},     {PartProblem::kUncertainCrossings, kCrossingMark},
 };
+
+/// The number of a part's crossings that are drawn thick; the others are drawn as thin lines.
+constexpr std::size_t kRods = 100'000;
+/// The radius of a thick line, as a fraction of a ball's.
+constexpr double kRodRadius = 0.3;
 
 const Mark& markOf(PartProblem kind) {
     return std::ranges::find(kMarks, kind, &std::pair<PartProblem, Mark>::first)->second;
@@ -93,6 +99,21 @@ void addBall(Primitive& primitive, const glm::dvec3& middle, double radius) {
     }
 }
 
+/// Adds a prism around a segment.
+void addRod(Primitive& primitive, const Segment& ends, double radius) {
+    constexpr int kAround = 6;
+    const glm::dvec3 along = unitOrZero(ends[1] - ends[0]);
+    const glm::dvec3 other = std::abs(along.x) < 0.7 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
+    const glm::dvec3 right = unitOrZero(glm::cross(along, other)), up = glm::cross(along, right);
+    const auto at = [&](int i, std::size_t end) {
+        const double u = 2 * std::numbers::pi * i / kAround;
+        return glm::vec3(ends[end] + radius * (std::cos(u) * right + std::sin(u) * up));
+    };
+    for (int i = 0; i < kAround; ++i)
+        for (const auto& [a, end] : {std::pair{0, 0U}, {1, 0}, {1, 1}, {0, 0}, {1, 1}, {0, 1}})
+            primitive.positions.push_back(at(i + a, end));
+}
+
 void addTriangle(Primitive& primitive, const PartMesh& mesh, std::uint32_t triangle) {
     for (const glm::dvec3& corner : mesh.corners(triangle))
         primitive.positions.emplace_back(corner);
@@ -102,6 +123,26 @@ void addLines(Primitive& primitive, const PartMesh& mesh, const std::vector<Part
     for (const PartEdge& edge : edges)
         for (const std::uint32_t point : {edge.a, edge.b})
             primitive.positions.emplace_back(mesh.points[point]);
+}
+
+/// Adds the segments of crossings, as rods around lines. The lines are one pixel wide: rods may be
+/// thinner in a small picture. Returns the triangles of the pairs that overlap in one plane.
+std::set<std::uint32_t> addCrossings(PlacesScene& scene, const PartReport& part, double radius) {
+    Primitive lines, rods;
+    std::set<std::uint32_t> flat;
+    const CrossingCurve curve(part.turned);
+    for (const CrossingPair& pair : part.crossings.pairs) {
+        const std::optional<Segment> ends = curve.segment(pair);
+        if (!ends) {
+            flat.insert({pair.first, pair.second});
+            continue;
+        }
+        lines.positions.insert(lines.positions.end(), ends->begin(), ends->end());
+        if (lines.positions.size() <= 2 * kRods) addRod(rods, *ends, radius);
+    }
+    scene.add(kCrossingMark.color, 1, Topology::kLines).positions = std::move(lines.positions);
+    scene.add(kCrossingMark.color, 1, Topology::kTriangles).positions = std::move(rods.positions);
+    return flat;
 }
 
 void addPart(PlacesScene& scene, const PartReport& part, double ball) {
@@ -114,16 +155,14 @@ void addPart(PlacesScene& scene, const PartReport& part, double ball) {
     Primitive& turned = scene.add(kTurnedMark.color, 1, Topology::kTriangles);
     for (const std::uint32_t t : part.topology.turned)
         addTriangle(turned, mesh, t);
-    std::set<std::uint32_t> crossing;
-    for (const auto& [a, b] : part.crossings.pairs)
-        crossing.insert({a, b});
-    Primitive& crossed = scene.add(kCrossingMark.color, 1, Topology::kTriangles);
-    for (const std::uint32_t t : crossing)
-        addTriangle(crossed, mesh, t);
+    const std::set<std::uint32_t> flat = addCrossings(scene, part, kRodRadius * ball);
+    Primitive& overlapping = scene.add(kCrossingMark.color, 1, Topology::kTriangles);
+    for (const std::uint32_t t : flat)
+        addTriangle(overlapping, mesh, t);
     // The remaining triangles of the part, translucent.
     Primitive& body = scene.add({0.3F, 0.34F, 0.4F}, 0.25F, Topology::kTriangles);
     for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
-        if (!crossing.contains(t) && !std::ranges::binary_search(part.topology.turned, t))
+        if (!flat.contains(t) && !std::ranges::binary_search(part.topology.turned, t))
             addTriangle(body, mesh, t);
     for (const FoundProblem& problem : part.problems) {
         if (problem.kind == PartProblem::kThinWall) continue;  // placesScene() marks thin walls
@@ -131,6 +170,14 @@ void addPart(PlacesScene& scene, const PartReport& part, double ball) {
         for (const glm::dvec3& place : problem.places)
             addBall(balls, place, ball);
     }
+}
+
+/// Whether a part has an overlap without a curve: in one plane, or a shell inside another.
+bool hasOverlap(const PartReport& part) {
+    const CrossingCurve curve(part.turned);
+    return part.shellsOf(ShellSide::kInside) > 0 ||
+           std::ranges::any_of(part.crossings.pairs,
+                               [&](const CrossingPair& pair) { return !curve.segment(pair); });
 }
 
 }  // namespace
@@ -159,7 +206,9 @@ std::vector<LegendLine> placesLegend(const CheckReport& report) {
             if (problem.kind == PartProblem::kThinWall || problem.places.empty()) continue;
             const Mark& mark = markOf(problem.kind);
             if (!told.insert(mark.text).second) continue;
-            lines.push_back({mark.color, mark.text});
+            const bool overlap =
+                mark.color == kCrossingMark.color && std::ranges::any_of(report.parts, hasOverlap);
+            lines.push_back({mark.color, overlap ? kOverlapText : mark.text});
         }
     }
     if (const auto thinnest = report.thinnest()) {

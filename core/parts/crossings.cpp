@@ -49,17 +49,29 @@ struct Interval {
     }
 };
 
-/// Returns the intersection of a triangle with a plane, as an interval along the direction `along`.
-/// `d` holds the corners' distances from the plane.
-Interval cut(const Corners3& t, const Distances& d, const glm::dvec3& along) {
-    Interval interval;
+/// A segment of a line, and its interval along the line.
+struct Cut {
+    Interval x;
+    Segment ends{};
+
+    void add(const glm::dvec3& point, const glm::dvec3& along) {
+        const double at = glm::dot(along, point);
+        if (at < x.begin) ends[0] = point;
+        if (at > x.end) ends[1] = point;
+        x.add(at);
+    }
+};
+
+/// Returns the intersection of a triangle with a plane, in the direction `along`. `d` holds the
+/// corners' distances from the plane.
+Cut cut(const Corners3& t, const Distances& d, const glm::dvec3& along) {
+    Cut cut;
     for (std::size_t i = 0; i < 3; ++i) {
         const std::size_t k = (i + 1) % 3;
-        if (d[i] == 0) interval.add(glm::dot(along, t[i]));
-        if (d[i] * d[k] < 0)
-            interval.add(glm::dot(along, glm::mix(t[i], t[k], d[i] / (d[i] - d[k]))));
+        if (d[i] == 0) cut.add(t[i], along);
+        if (d[i] * d[k] < 0) cut.add(glm::mix(t[i], t[k], d[i] / (d[i] - d[k])), along);
     }
-    return interval;
+    return cut;
 }
 
 /// Returns the gap between two coplanar triangles: the largest gap along the normal of any of their
@@ -110,16 +122,23 @@ Meeting meetingOf(const Corners3& a, const Corners3& b, int shared, double near)
     }
     const glm::dvec3 line = unitOrZero(glm::cross(na, nb));
     if (line == glm::dvec3(0)) return Meeting::kApart;
-    const Interval x = cut(a, da, line), y = cut(b, db, line);
+    const Interval x = cut(a, da, line).x, y = cut(b, db, line).x;
     const double common = std::min(x.end, y.end) - std::max(x.begin, y.begin);
     if (common < -near) return Meeting::kApart;
     if (common > near && onBothSides(da) && onBothSides(db)) return Meeting::kCross;
     return shared > 0 ? Meeting::kApart : Meeting::kTouch;
 }
 
-namespace {
+std::optional<Segment> crossingSegment(const Corners3& a, const Corners3& b, double near) {
+    const glm::dvec3 na = unitNormal(a), nb = unitNormal(b);
+    const Distances da = distancesFrom(b[0], nb, a, near), db = distancesFrom(a[0], na, b, near);
+    if (!onBothSides(da) || !onBothSides(db)) return std::nullopt;
+    const glm::dvec3 line = unitOrZero(glm::cross(na, nb));
+    const Cut x = cut(a, da, line), y = cut(b, db, line);
+    return Segment{(x.x.begin > y.x.begin ? x : y).ends[0], (x.x.end < y.x.end ? x : y).ends[1]};
+}
 
-using CrossingPair = std::pair<std::uint32_t, std::uint32_t>;
+namespace {
 
 constexpr std::size_t kCrossedAtOnce = 64;
 /// The step limit of findCrossings() is kCrossingSteps, plus kCrossingStepsPerTriangle for each
@@ -198,6 +217,18 @@ std::vector<char> crossedTriangles(const Crossings& crossings) {
     for (const auto& [a, b] : crossings.pairs)
         crossed[a] = crossed[b] = 1;
     return crossed;
+}
+
+glm::dvec3 CrossingCurve::middle(const CrossingPair& pair) const {
+    const std::optional<Segment> ends = segment(pair);
+    return ends ? ((*ends)[0] + (*ends)[1]) / 2.0 : mesh_.middle(pair.first);
+}
+
+double CrossingCurve::length(const std::vector<CrossingPair>& pairs) const {
+    double sum = 0;
+    for (const CrossingPair& pair : pairs)
+        if (const auto ends = segment(pair)) sum += glm::distance((*ends)[0], (*ends)[1]);
+    return sum;
 }
 
 }  // namespace peeler

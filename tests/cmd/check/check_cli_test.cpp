@@ -10,9 +10,15 @@
 #include <random>
 #include <sstream>
 
+#include "cmd/check/check_parts.h"
+#include "cmd/check/part_report.h"
+#include "cmd/check/places_scene.h"
+#include "cmd/options/camera_options.h"
 #include "cmd/tiny_gltf.h"
+#include "core/scene/view.h"
 #include "formats/image/flat_image.h"
 #include "formats/image/legend.h"
+#include "formats/meshes/scene_reader.h"
 #include "formats/meshes/threemf_package.h"
 #include "support/closed_meshes.h"
 #include "support/test_support.h"
@@ -389,6 +395,64 @@ TEST_F(CheckVerb, ThePictureMarksThePlaces) {
     }
     EXPECT_GT(red, 60U) << "open edges, not only their middles";
     EXPECT_GT(blue, 5U) << "the thinnest wall";
+}
+
+TEST_F(CheckVerb, ThePictureShowsCrossingsAsLines) {
+    // Boxes of 10 units cross along six segments of 5 units, between the common box's corners.
+    const std::string scene = write({together(placed(cube(), 5, {5, 5, 5}),  //
+                                              placed(cube(), 5, {10, 10, 10}))});
+    const std::string picture = (dir_ / "places.png").string();
+    const Outcome run = check(scene, {"-o", picture, "--size", "640x360", "--json"});
+    const Json part = Json::parse(run.out).at("parts")[0];
+    EXPECT_NEAR(part.at("crossingLength").get<double>(), 30, 1e-5);
+    const glm::dvec3 corners[] = {{10, 5, 5},  {10, 10, 5}, {5, 10, 5},
+                                  {5, 10, 10}, {5, 5, 10},  {10, 5, 10}};
+    const auto offCurve = [&](const glm::dvec3& p) {
+        double least = 1e9;
+        for (std::size_t i = 0; i < 6; ++i) {
+            const glm::dvec3 a = corners[i], b = corners[(i + 1) % 6];
+            const double t = std::clamp(glm::dot(p - a, b - a) / 25, 0.0, 1.0);
+            least = std::min(least, glm::distance(p, glm::mix(a, b, t)));
+        }
+        return least;
+    };
+    const Json& place = part.at("problems")[0].at("places")[0];
+    EXPECT_LT(offCurve({place[0], place[1], place[2]}), 1e-5) << place;
+
+    const Scene read = readSceneFile(scene);
+    const cmd::CheckReport report = cmd::checkParts(PosedScene(read), {}, [](double) {});
+    const Scene places = cmd::placesScene(report);
+    const PosedScene posed(places);
+    cmd::CameraOptions camera;
+    camera.size = {640, 360};
+    const View view = cmd::makeView(posed, SceneExtent(posed), camera);
+    const glm::dmat4 to_camera = glm::inverse(view.camera_to_world);
+    const CompositeImage image = readFlatImage(picture).image;
+    const auto yellow = [&](const glm::dvec3& p) {
+        const glm::dvec2 at = PixelRays(view).pixel(glm::dvec3(to_camera * glm::dvec4(p, 1)));
+        const auto [r, g, b, a] =
+            image.rgba[std::size_t(at.y) * std::size_t(image.window.width()) + std::size_t(at.x)];
+        return b < 0.4F * std::min(r, g);
+    };
+    for (std::size_t i = 0; i < 6; ++i)
+        for (const double t : {0.1, 0.3, 0.5, 0.7, 0.9})
+            EXPECT_TRUE(yellow(glm::mix(corners[i], corners[(i + 1) % 6], t))) << i << ' ' << t;
+    for (const glm::dvec3& p : {glm::dvec3(0, 5, 5), {2, 2, 10}, {10, 7, 7}, {15, 10, 13}})
+        EXPECT_FALSE(yellow(p)) << p.x << ' ' << p.y << ' ' << p.z;
+    EXPECT_EQ(cmd::placesLegend(report)[1].text, "crossings");
+}
+
+TEST_F(CheckVerb, ThePictureShowsOverlapsInOnePlaneAsTriangles) {
+    const std::string scene = write({together(cube(), placed(cube(), 1, {0.5F, 0.25F, 0}))});
+    const Scene read = readSceneFile(scene);
+    const cmd::CheckReport report = cmd::checkParts(PosedScene(read), {}, [](double) {});
+    EXPECT_EQ(cmd::placesLegend(report)[1].text, "crossing or overlapping");
+    const Scene places = cmd::placesScene(report);
+    EXPECT_TRUE(std::ranges::any_of(places.meshes[0].primitives, [&](const Primitive& p) {
+        return p.topology == Topology::kTriangles &&
+               std::ranges::count(p.positions, glm::vec3(1)) &&
+               places.materials[std::size_t(p.material)].alpha_mode == AlphaMode::kOpaque;
+    })) << "the triangles at a corner of the common plane";
 }
 
 TEST_F(CheckVerb, WhatIsNoPartIsRefused) {

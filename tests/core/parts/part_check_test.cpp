@@ -220,6 +220,22 @@ TEST(PartCheck, CubesThatOverlapCrossAndTheirUnionIsLess) {
     }
 }
 
+TEST(PartCheck, TheCurveWhereCubesCrossHasItsLength) {
+    // Each face of the common box that belongs to one cube meets two of the other: six segments.
+    for (const glm::vec3& by : {glm::vec3(1, 1, 1), {0.75F, 1, 1.25F}, {0.5F, 0.25F, 1.5F}}) {
+        for (const glm::dmat4& at : {glm::dmat4(1), askew()}) {
+            const Checked part({cube(), placed(cube(), 1, by)}, at);
+            const double length = 2 * (6 - by.x - by.y - by.z) * glm::length(glm::dvec3(at[0]));
+            EXPECT_NEAR(CrossingCurve(part.turned).length(part.crossings.pairs), length, 1e-5);
+        }
+    }
+    const Checked flat({cube(), placed(cube(), 1, {0.5F, 0.25F, 0})});
+    const CrossingCurve curve(flat.turned);
+    EXPECT_TRUE(std::ranges::any_of(flat.crossings.pairs, [&](const CrossingPair& pair) {
+        return !curve.segment(pair);
+    })) << "the faces in one plane";
+}
+
 TEST(PartCheck, CubesThatOverlapWithSidesInOnePlaneHaveTheirUnion) {
     for (const glm::vec3& by : {glm::vec3(1, 0, 0), {0.5F, 0.25F, 0}, {0, 0, 1.5F}}) {
         const Checked part({cube(), placed(cube(), 1, by)});
