@@ -3,8 +3,6 @@
 //     gpu_layers SCENE [PICTURE.png [FIRST [LAST]]]
 // The picture shows the layers FIRST to LAST, counted from 0.
 #define GL_GLEXT_PROTOTYPES
-#include <EGL/egl.h>
-#include <EGL/eglext.h>
 #include <GL/glcorearb.h>
 #include <peeler/error.h>
 #include <peeler/files.h>
@@ -15,6 +13,8 @@
 #include <cstdio>
 #include <cstdlib>
 #include <vector>
+
+#include "headless_context.h"
 
 // A triangle that covers the viewport.
 constexpr const char* kVertexShader = R"(#version 450 core
@@ -172,27 +172,12 @@ int drawLayers(int count, char** arguments) {
 
 int main(int count, char** arguments) try {
     if (count < 2) return 2;
-    const auto get_display = reinterpret_cast<PFNEGLGETPLATFORMDISPLAYEXTPROC>(
-        eglGetProcAddress("eglGetPlatformDisplayEXT"));
-    const EGLDisplay display =
-        get_display(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr);
-    eglInitialize(display, nullptr, nullptr);
-    eglBindAPI(EGL_OPENGL_API);
-    const EGLint wanted[] = {EGL_CONTEXT_MAJOR_VERSION,
-                             4,
-                             EGL_CONTEXT_MINOR_VERSION,
-                             5,
-                             EGL_CONTEXT_OPENGL_PROFILE_MASK,
-                             EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
-                             EGL_NONE};
-    const EGLContext context = eglCreateContext(display, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, wanted);
-    if (!eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, context)) {
+    const HeadlessContext context;
+    if (!context.isCurrent()) {
         std::fprintf(stderr, "there is no OpenGL 4.5\n");
         return 5;
     }
-    const int result = drawLayers(count, arguments);
-    eglDestroyContext(display, context);
-    return result;
+    return drawLayers(count, arguments);
 } catch (const peeler::Error& error) {
     std::fprintf(stderr, "%s (%s) %s\n", error.what(), error.where().c_str(), error.hint().c_str());
     return static_cast<int>(error.kind());
