@@ -89,7 +89,7 @@ class Masks {
         if (options.see_through > 0) capture_.color_type = PixelType::kFloat;
     }
 
-    /// Returns the exit code. Sets `result` to the result as JSON, or to null if there is none.
+    /// Returns the exit code. Sets `result` to the result as JSON, or to null without a result.
     int run(Json& result);
 
   private:

@@ -86,7 +86,7 @@ std::string helpHint(const CLI::App& app) {
 }
 
 /// Returns a command that makes a picture of the first argument that names a scene or an EXR file,
-/// or "" if there is none.
+/// or "" if no argument does.
 std::string commandFor(const Texts& arguments) {
     for (const std::string& argument : arguments) {
         const std::string extension = lowerExtension(argument);

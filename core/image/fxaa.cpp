@@ -126,7 +126,7 @@ struct Neighbourhood {
 /// pixel from each line). It ends at the first pair whose mean luma differs enough (kEndShare)
 /// from the mean luma of the pair where the search begins.
 struct EdgeEnd {
-    int distance;  ///< distance to the pair, in pixels; kFxaaReach + 1 if there is none
+    int distance;  ///< distance to the pair, in pixels; kFxaaReach + 1 without a pair
     float change;  ///< mean luma of the pair minus mean luma of the pair where the search begins
 };
 

@@ -44,7 +44,7 @@ std::uint64_t fragmentPointBytes(const LayeredImage& band, const FragmentPointOp
 struct FragmentArrayOptions {
     bool camera_known = true;
     std::uint32_t default_material = 0;  ///< as in FragmentPointOptions
-    std::string output_hash{};           ///< stored as the text `output_hash`; "" if there is none
+    std::string output_hash{};           ///< stored as the text `output_hash`; "" = not stored
     bool compress = false;               ///< as in OutputOptions
     /// If set, planes are written instead of lists.
     std::optional<DenseSettings> dense{};

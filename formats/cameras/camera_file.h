@@ -31,7 +31,7 @@ struct PlacedObject {
 /// One camera of a file. The caller replaces missing values.
 struct FileCamera {
     std::string name;     ///< name of the picture without folder and extension, else the index
-    std::string picture;  ///< file name of the picture as stored in the file; "" if there is none
+    std::string picture;  ///< file name of the picture as stored in the file; "" = not stored
     /// In glTF's axes: the camera looks along −Z, with +Y up. distanceFromRigid() is below 1e-4.
     glm::dmat4 camera_to_world{1};
     std::optional<Intrinsics> intrinsics;

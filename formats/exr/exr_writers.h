@@ -84,7 +84,7 @@ class ExrCompositeWriter : public ExrPartsSink {
 /// again; it is called `ids` if it has integers, else `aovs`. It keeps normals and ids away from
 /// readers that composite every channel of a part (OpenImageIO's flatten). Samples are points,
 /// without ZBack, from front to back. dataWindow is the bounding box of all fragments, or the crop
-/// if there are none.
+/// if the picture is empty.
 ///
 /// `deepImageState` is MESSY if the input file has ZBack, else TIDY if no two samples of any pixel
 /// have the same Z, else SORTED. If samples were merged, `peeler:deepMerge` names the method, and

@@ -158,8 +158,8 @@ MaskFolder::Record MaskFolder::readRecord(const fs::path& file) {
         whole = false;
         return 0;
     };
-    // No view has so many masks or layers. Without these limits, a damaged record could make
-    // write() remove files endlessly.
+    // No view reaches these limits. Without them, a damaged record could make write() remove files
+    // endlessly.
     record.masks = std::min<std::uint64_t>(number("masks"), 10'000'000);
     record.layers = std::min<std::uint64_t>(number("layers"), 100'000);
     record.rgb = json.contains("rgb");
