@@ -14,6 +14,7 @@
 #include <utility>
 
 #include <peeler/error.h>
+#include "formats/file/module.h"
 
 namespace peeler::cmd {
 
@@ -55,9 +56,10 @@ sigset_t watchedSignals() {
     return set;
 }
 
-/// Runs this program in the child process, after fork. Calls only async-signal-safe functions; does
+/// Runs the program in the child process, after fork. Calls only async-signal-safe functions; does
 /// not return.
-[[noreturn]] void becomeProgram(char* const* arguments, pid_t parent, int out, int err) {
+[[noreturn]] void becomeProgram(const char* program, char* const* arguments, pid_t parent, int out,
+                                int err) {
     prctl(PR_SET_PDEATHSIG, SIGTERM);
     if (getppid() != parent) _exit(128 + SIGTERM);  // the parent ended before prctl()
     const int nothing = open("/dev/null", O_RDONLY | O_CLOEXEC);
@@ -67,7 +69,7 @@ sigset_t watchedSignals() {
     sigset_t none;
     sigemptyset(&none);
     sigprocmask(SIG_SETMASK, &none, nullptr);
-    execv("/proc/self/exe", arguments);
+    execv(program, arguments);
     constexpr char kMessage[] = "peeler: error: cannot start: is /proc mounted?\n";
     [[maybe_unused]] const auto written = write(STDERR_FILENO, kMessage, sizeof kMessage - 1);
     _exit(static_cast<int>(ErrorKind::kInternal));
@@ -95,8 +97,9 @@ void ChildProcess::Stream::close() {
 ChildProcess::ChildProcess(const std::vector<std::string>& arguments)
     : start_(std::chrono::steady_clock::now()) {
     std::vector<char*> pointers;
-    std::string program = "peeler";
-    pointers.push_back(program.data());
+    const std::string program = programFile();
+    std::string name = "peeler";
+    pointers.push_back(name.data());
     for (const std::string& argument : arguments)
         pointers.push_back(const_cast<char*>(argument.c_str()));
     pointers.push_back(nullptr);
@@ -104,7 +107,8 @@ ChildProcess::ChildProcess(const std::vector<std::string>& arguments)
     const pid_t parent = getpid();
     process_ = fork();
     if (process_ < 0) fail("cannot start a process");
-    if (process_ == 0) becomeProgram(pointers.data(), parent, out.ends[1], err.ends[1]);
+    if (process_ == 0)
+        becomeProgram(program.c_str(), pointers.data(), parent, out.ends[1], err.ends[1]);
     out_.file = out.takeReader();
     err_.file = err.takeReader();
     err_.most = kMostMessages;

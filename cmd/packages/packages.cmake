@@ -1,31 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 # Packages for users who do not build peeler: `cmake --build build/release --target packages` writes
-# four Debian packages and an archive to build/release/packages.
+# four Debian packages, an archive and a wheel to build/release/packages.
 set(PEELER_MAINTAINER "peeler maintainers <maintainers@peeler.example>" CACHE STRING
     "Who answers for the Debian packages that are made here")
 
-# The program in the archive, which finds its libraries relative to its own folder. A GL driver may
-# need a newer version of some libraries, such as the C++ library: these come from the machine if it
-# has them, otherwise from lib/spare. The path must be an RPATH, because a RUNPATH does not apply to
-# the dependencies of libraries.
-set(portable_path "$ORIGIN/../lib" "/usr/lib/${CMAKE_LIBRARY_ARCHITECTURE}"
-    "/lib/${CMAKE_LIBRARY_ARCHITECTURE}" /usr/lib64 /lib64 /usr/lib /lib "$ORIGIN/../lib/spare")
-add_executable(peeler_portable EXCLUDE_FROM_ALL ${PROJECT_SOURCE_DIR}/cmd/main.cpp)
-target_link_libraries(peeler_portable PRIVATE peeler_cmd)
-target_link_options(peeler_portable PRIVATE LINKER:--disable-new-dtags)
-set_target_properties(peeler_portable PROPERTIES BUILD_WITH_INSTALL_RPATH ON
-    INSTALL_RPATH "${portable_path}")
-
-# The program that reads 3MF is started without that path, so it needs one of its own.
-set(helper_path "$ORIGIN/.." "/usr/lib/${CMAKE_LIBRARY_ARCHITECTURE}"
-    "/lib/${CMAKE_LIBRARY_ARCHITECTURE}" /usr/lib64 /lib64 /usr/lib /lib "$ORIGIN/../spare")
-get_target_property(threemf_sources peeler_3mf SOURCES)
-add_executable(peeler_3mf_portable EXCLUDE_FROM_ALL ${threemf_sources})
-target_include_directories(peeler_3mf_portable SYSTEM PRIVATE ${LIB3MF_INCLUDE_DIR})
-target_link_libraries(peeler_3mf_portable PRIVATE peeler_options ${LIB3MF_LIBRARY})
-target_link_options(peeler_3mf_portable PRIVATE LINKER:--disable-new-dtags)
-set_target_properties(peeler_3mf_portable PROPERTIES BUILD_WITH_INSTALL_RPATH ON
-    INSTALL_RPATH "${helper_path}")
+# The archive's bin/peeler, which chooses a C library and starts a program with it.
+add_executable(peeler_launcher EXCLUDE_FROM_ALL ${PROJECT_SOURCE_DIR}/cmd/packages/launcher.cpp)
+target_link_libraries(peeler_launcher PRIVATE peeler_options)
+target_link_options(peeler_launcher PRIVATE -static)
 
 set(packages ${PROJECT_BINARY_DIR}/packages)
 set(packing ${PROJECT_BINARY_DIR}/packing)  # intermediate files
@@ -36,6 +18,10 @@ set(portable_sources ${PEELER_FONT} ${GLM_INCLUDE_DIR}/glm/glm.hpp ${XXHASH_INCL
 foreach(package nlohmann_json CLI11 draco)
     list(APPEND portable_sources ${${package}_DIR})
 endforeach()
+set(packed_python)
+if(TARGET peeler_python)
+    set(packed_python ${python_package})
+endif()
 configure_file(${CMAKE_CURRENT_LIST_DIR}/portable_settings.cmake.in
     ${packing}/portable_settings.cmake @ONLY)
 
@@ -47,7 +33,7 @@ add_custom_target(packages
     COMMAND ${CMAKE_COMMAND} -E rm -rf ${packages}/_CPack_Packages
     COMMAND ${CMAKE_COMMAND} -D SETTINGS=${packing}/portable_settings.cmake
         -P ${CMAKE_CURRENT_LIST_DIR}/portable.cmake
-    DEPENDS peeler peeler_portable peeler_3mf_portable ${peeler_modules} ${peeler_helpers} write_manual
+    DEPENDS peeler peeler_launcher ${peeler_modules} ${peeler_helpers} write_manual
         peeler_shared peeler_static
     WORKING_DIRECTORY ${PROJECT_BINARY_DIR}
     COMMENT "Packing ${packages}" USES_TERMINAL VERBATIM)

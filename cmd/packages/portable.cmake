@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # cmake -D SETTINGS=FILE -P portable.cmake: packs the program, the manual and the shared libraries
-# that they need, for machines where nothing can be installed. Runs on Debian, because the libraries
+# that they need into an archive, for machines where nothing can be installed, and with the Python
+# package into a wheel. Runs on Debian, because the libraries
 # come from its packages.
 cmake_minimum_required(VERSION 3.22)
 include(${SETTINGS})
@@ -21,11 +22,16 @@ foreach(component program manual)
     execute_process(COMMAND ${CMAKE_COMMAND} --install ${build} --component ${component} --strip
         --prefix ${root} OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
 endforeach()
-execute_process(COMMAND ${strip} -o ${root}/bin/peeler ${program} COMMAND_ERROR_IS_FATAL ANY)
-set(threemf ${root}/${modules_folder}/peeler_3mf)
-execute_process(COMMAND ${strip} -o ${threemf} ${threemf_program} COMMAND_ERROR_IS_FATAL ANY)
-# peeler_decode is started without the path to the libraries. So Draco must be linked into
-# peeler_decode.
+# The launcher takes the place of the programs, and starts them in libexec.
+set(programs)
+file(MAKE_DIRECTORY ${root}/libexec)
+foreach(file bin/peeler ${modules_folder}/peeler_3mf)
+    get_filename_component(file_name ${file} NAME)
+    list(APPEND programs ${root}/libexec/${file_name})
+    file(RENAME ${root}/${file} ${root}/libexec/${file_name})
+    execute_process(COMMAND ${strip} -o ${root}/${file} ${launcher} COMMAND_ERROR_IS_FATAL ANY)
+endforeach()
+# peeler_decode is started without a launcher, so Draco and the C library must be linked into it.
 execute_process(COMMAND ${objdump} -p ${root}/${modules_folder}/peeler_decode
     OUTPUT_VARIABLE headers COMMAND_ERROR_IS_FATAL ANY)
 if(headers MATCHES "NEEDED +libdraco")
@@ -37,28 +43,16 @@ foreach(module IN LISTS modules)
     list(APPEND modules_here ${root}/${modules_folder}/${module}.so)
 endforeach()
 copy_libraries(libraries kept ${root}/lib "${machines};${unused}"
-    EXECUTABLES ${root}/bin/peeler ${threemf} MODULES ${modules_here})
+    EXECUTABLES ${programs} MODULES ${modules_here})
+copy_c_library(${root}/lib/glibc /lib/${architecture})
 set(library_folders /usr/lib/${architecture} /lib/${architecture} /usr/lib /lib)
 make_stand_ins("${unused}" "${announced}" ${root}/lib ${kept})
 collect_licences(${root}/share/doc/peeler ${libraries} ${sources})
 file(COPY_FILE ${source}/LICENSE ${root}/share/doc/peeler/LICENSE)
 file(COPY_FILE ${CMAKE_CURRENT_LIST_DIR}/portable_readme.txt ${root}/README.txt)
 
-# The newest version of the C library that any of the files needs.
-set(newest 0)
-foreach(file IN LISTS kept modules_here threemf ITEMS ${root}/bin/peeler)
-    execute_process(COMMAND ${objdump} -p ${file} OUTPUT_VARIABLE headers)
-    string(REGEX MATCHALL "GLIBC_[0-9]+\\.[0-9]+" found "${headers}")
-    foreach(one IN LISTS found)
-        string(REPLACE GLIBC_ "" one ${one})
-        if(one VERSION_GREATER newest)
-            set(newest ${one})
-        endif()
-    endforeach()
-endforeach()
 file(READ ${root}/README.txt text)
 string(REPLACE "@VERSION@" ${version} text "${text}")
-string(REPLACE "@GLIBC@" ${newest} text "${text}")
 file(WRITE ${root}/README.txt "${text}")
 
 set(archive ${folder}/${name}.tar.xz)
@@ -68,11 +62,15 @@ read_date(seconds)
 execute_process(COMMAND ${CMAKE_COMMAND} -E env "XZ_OPT=-6 -T1" LC_ALL=C tar -C ${folder} --sort=name
     --format=gnu --owner=0 --group=0 --numeric-owner --mode=u+rwX,go+rX,go-w --mtime=@${seconds}
     -cJf ${archive} ${name} COMMAND_ERROR_IS_FATAL ANY)
+if(python_package)
+    execute_process(COMMAND ${python} -B ${CMAKE_CURRENT_LIST_DIR}/write_wheel.py ${python_package} ${root}
+        ${version} ${processor} ${seconds} ${folder} COMMAND_ERROR_IS_FATAL ANY)
+endif()
 file(REMOVE_RECURSE ${root})
 file(SIZE ${archive} bytes)
 list(LENGTH kept count)
 math(EXPR megabytes "(${bytes} + 999999) / 1000000")
-message(STATUS "${archive}: ${megabytes} MB with ${count} libraries, needs glibc ${newest}")
+message(STATUS "${archive}: ${megabytes} MB with ${count} libraries")
 if(bytes GREATER 60000000)
     message(FATAL_ERROR "${archive} has more than 60 MB")
 endif()

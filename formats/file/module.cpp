@@ -17,6 +17,17 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Returns the file that this process runs: the program, or a dynamic linker that the archive's
+/// launcher started with the program (cmd/packages/launcher.cpp).
+fs::path runningFile() {
+    std::error_code failure;
+    return fs::read_symlink("/proc/self/exe", failure);
+}
+
+bool isDynamicLinker(const fs::path& file) {
+    return file.filename().string().starts_with("ld-");
+}
+
 /// Returns the folder of the executable or shared library that holds this function.
 fs::path codeFolder() {
     std::error_code failure;
@@ -24,11 +35,12 @@ fs::path codeFolder() {
     void* extra = nullptr;
     if (dladdr1(reinterpret_cast<void*>(&codeFolder), &info, &extra, RTLD_DL_LINKMAP) != 0) {
         // For the executable, `l_name` is empty, and `dli_fname` is the name by which it was
-        // called, not its path.
-        const char* const library = static_cast<const link_map*>(extra)->l_name;
+        // called: a path if the launcher called a dynamic linker.
+        const char* library = static_cast<const link_map*>(extra)->l_name;
+        if (isDynamicLinker(runningFile())) library = info.dli_fname;
         if (library && *library != '\0') return fs::canonical(library, failure).parent_path();
     }
-    return fs::read_symlink("/proc/self/exe", failure).parent_path();
+    return runningFile().parent_path();
 }
 
 }  // namespace
@@ -45,6 +57,11 @@ fs::path moduleFile(const std::string& name) {
         ErrorKind::kInternal, "a part of peeler is not installed", (folders[1] / name).string(),
         "copy the folder " PEELER_MODULES " along with the program; peeler also looked in " +
             folders[0].string() + " and " + folders[2].string());
+}
+
+fs::path programFile() {
+    if (isDynamicLinker(runningFile())) return codeFolder().parent_path() / "bin" / "peeler";
+    return "/proc/self/exe";
 }
 
 void* moduleFunction(const char* module, const char* function) {

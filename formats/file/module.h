@@ -15,6 +15,10 @@ namespace peeler {
 /// of the searched folders, if none of them has the file.
 std::filesystem::path moduleFile(const std::string& name);
 
+/// Returns the path that starts this program once more: "/proc/self/exe", or the archive's launcher
+/// (cmd/packages/launcher.cpp), which started the program by a dynamic linker.
+std::filesystem::path programFile();
+
 /// Returns the function that the module exports under this name. Never closes modules. Throws Error
 /// (kInternal) if the module or the function is missing or cannot be loaded. Thread-safe.
 void* moduleFunction(const char* module, const char* function);

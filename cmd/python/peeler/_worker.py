@@ -33,11 +33,9 @@ def _program():
     named = os.environ.get("PEELER")
     if named:
         return named
-    for up in (2, 4):  # build/python/peeler, PREFIX/lib/python3/dist-packages/peeler
-        folder = _PACKAGE
-        for _ in range(up):
-            folder = os.path.dirname(folder)
-        program = os.path.join(folder, "peeler" if up == 2 else os.path.join("bin", "peeler"))
+    # In a wheel; in build/python/peeler; in PREFIX/lib/python3/dist-packages/peeler.
+    for place in ("program/bin/peeler", "../../peeler", "../../../../bin/peeler"):
+        program = os.path.normpath(os.path.join(_PACKAGE, place))
         if os.path.isfile(program) and os.access(program, os.X_OK):
             return program
     found = shutil.which("peeler")
