@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The executable: locale, signals and streams.
+#include <sys/prctl.h>
 #include <unistd.h>
 
 #include <clocale>
@@ -99,6 +100,8 @@ bool wantsColors() {
 
 int main(int argc, char** argv) {
     peeler::openStandardStreams();
+    // The archive's launcher starts a dynamic linker, whose name pgrep would not find.
+    prctl(PR_SET_NAME, "peeler");
     // Number formats must not depend on the locale.
     std::setlocale(LC_ALL, "C");
     installSignalActions();

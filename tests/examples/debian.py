@@ -63,8 +63,11 @@ def impediment(name, memory):
 def make_root(name, folder):
     """Makes a root folder, and returns the address of the mirror used. Raises RuntimeError."""
     mirror = mirror_of(name)
+    scripts = pathlib.Path("/usr/share/debootstrap/scripts")
+    # A release that is newer than debootstrap is made like all newer ones.
+    script = [] if (scripts / name).exists() else [scripts / "sid"]
     done = subprocess.run(
-        ["debootstrap", "--variant=minbase", name, folder, mirror],
+        ["debootstrap", "--variant=minbase", name, folder, mirror, *script],
         text=True,
         check=False,
         stdout=subprocess.PIPE,
@@ -76,6 +79,10 @@ def make_root(name, folder):
     pathlib.Path(folder, "etc/apt/sources.list").write_text(
         "".join(f"deb {address} {known} main\n" for address, known in sources_of(name)),
         encoding="ascii",
+    )
+    # A mirror's copy of a release that still changes may be older than a week.
+    pathlib.Path(folder, "etc/apt/apt.conf.d/valid").write_text(
+        'Acquire::Check-Valid-Until "false";\n', encoding="ascii"
     )
     return mirror
 

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tests the Debian packages and the archive (cmd/packages). Checks the contents of this build's packages. With
-PEELER_TEST_ALL, builds all packages, checks them by lintian, and uses them in fresh roots that debootstrap makes in
-memory (which takes minutes). $PEELER_PACKAGES may name a folder of finished packages."""
+"""Tests the Debian packages (cmd/packages). Checks the contents of this build's packages. With PEELER_TEST_ALL, builds
+all packages, checks them by lintian, and uses them in fresh roots (packed.py)."""
 
 import json
 import os
@@ -11,41 +10,13 @@ import shutil
 import subprocess
 import sys
 import tempfile
-import time
 import unittest
 
 import debian
-import dockerfile
-import own_machine
-from peeler_command import EXAMPLES, PEELER, SOURCE, PeelerTest, main, peeler
+from packed import ALL, BUILD, MADE, MORE, NEEDED, NOBODY, RENDER, SCENE, PackedTest, run
+from peeler_command import EXAMPLES, SOURCE, PeelerTest, main, peeler
 
-ALL = bool(os.environ.get("PEELER_TEST_ALL"))
-NEEDED = 8e9  # the memory needed, in bytes
-LARGEST = 60_000_000  # the maximum size of the archive, in bytes
-BUILD = pathlib.Path(shutil.which(PEELER) or PEELER).resolve().parent
 TOOLS = ("cpack", "dpkg-deb", "dpkg-shlibdeps", "file")
-SCENE = "coincident.glb"
-RENDER = ("render", SCENE, "-o", "layers.exr", "--size", "320x180", "--quiet")
-# Commands that load modules on demand: the first loads OpenImageIO, the second OpenVDB.
-MORE = (
-    ("flatten", "layers.exr", "-o", "composite.tif", "--quiet"),
-    ("rays", SCENE, "-o", "inside.vdb", "--voxels", "16", "--quiet"),
-)
-MADE = ("layers.exr", "composite.tif", "inside.vdb")
-
-
-def run(*command, **options):
-    done = subprocess.run(
-        list(map(str, command)),
-        text=True,
-        check=False,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        **options,
-    )
-    if done.returncode != 0:
-        raise AssertionError(f"exit code {done.returncode}: {command}\n{done.stdout[-3000:]}")
-    return done.stdout
 
 
 def packages_in(folder):
@@ -214,71 +185,28 @@ class StandIns(PeelerTest):
         self.assertNotIn("never", run("nm", "-D", folder / "here" / unused.name))
 
 
-@unittest.skipUnless(ALL, "made and installed only with PEELER_TEST_ALL: debootstrap, compile, apt")
-class Roots(PeelerTest):
+class Roots(PackedTest):
     @classmethod
     def setUpClass(cls):
-        cls.started = time.monotonic()
-        cls.made = pathlib.Path(os.environ.get("PEELER_PACKAGES") or BUILD / "packages")
-        if "PEELER_PACKAGES" not in os.environ:
-            cls.say(run("cmake", "--build", BUILD, "--target", "packages").splitlines()[-1])
+        super().setUpClass()
         cls.packages = packages_in(cls.made)
-        cls.scratch = own_machine.SCRATCH
-        own_machine.mount("none", cls.scratch, "tmpfs", data=f"size={int(NEEDED)}")
-        cls.say(f"a root of {debian.make_root(debian.suite(), f'{cls.scratch}/base')}")
-        cls.expected = pathlib.Path(cls.scratch, "expected")
-        cls.expected.mkdir()
-        shutil.copy(EXAMPLES / "scenes" / SCENE, cls.expected)
-        for arguments in (RENDER, *MORE):
-            run(BUILD / "peeler", *arguments, cwd=cls.expected)
-
-    @classmethod
-    def say(cls, what):
-        print(f"{time.monotonic() - cls.started:6.1f} s  {what}", flush=True)
 
     def root(self, name, *packages):
         """Returns a fresh root with these packages installed, and all of ours in /packages."""
-        root = dockerfile.Stage(f"{self.scratch}/base", f"{self.scratch}/{name}")
-        self.addCleanup(self.remove, root)
-        root.variables |= {"LC_ALL": "C.UTF-8", "DEBIAN_FRONTEND": "noninteractive"}
+        root = super().root(debian.suite(), name, *packages)
         shutil.copytree(self.made, f"{root.root}/packages", ignore=lambda _, names: {
-            file for file in names if not file.endswith((".deb", ".xz"))
+            file for file in names if not file.endswith(".deb")
         })
-        self.run_in(root, "apt-get", "update", "-qq")
-        self.install(root, *packages)
-        work = pathlib.Path(root.root, "work")
-        work.mkdir()
-        shutil.copy(EXAMPLES / "scenes" / SCENE, work)
-        os.chown(work, 65534, 65534)
-        self.say(f"{name}: {' '.join(packages)}")
         return root
-
-    def remove(self, root):
-        for name in dockerfile.MOUNTED:
-            subprocess.run(["umount", "-l", f"{root.root}/{name}"], check=True)
-        shutil.rmtree(root.root)
-
-    def run_in(self, root, *command, user=None):
-        done = root.run(command, user=user)
-        self.assertEqual(done.returncode, 0, f"{command}\n{done.stdout[-3000:]}")
-        return done.stdout
-
-    def install(self, root, *packages):
-        self.run_in(root, "apt-get", "install", "-y", "-qq", "--no-install-recommends", *packages)
 
     def files(self, *names):
         """Returns the paths of our packages in a root."""
         return [f"/packages/{self.packages[name].name}" for name in names]
 
-    def renders_the_same(self, root, program):
+    def renders_the_same(self, root):
         """Renders as a user who may write only to /work, and expects the same files."""
-        root.folder = "/work"
-        for arguments in (RENDER, *MORE):
-            self.run_in(root, program, *arguments, user="65534:65534")
-        root.folder = "/"
-        for name in MADE:
-            same = (self.expected / name).read_bytes()
-            self.assertEqual(pathlib.Path(root.root, "work", name).read_bytes() == same, True, name)
+        self.run_as_user(root, "peeler", RENDER, *MORE)
+        self.assert_same_files(root, *MADE)
 
     def test_lintian(self):
         if not shutil.which("lintian"):
@@ -297,7 +225,7 @@ class Roots(PeelerTest):
         root = self.root("packages", "libegl1", "libgl1-mesa-dri")
         self.install(root, *self.files(*self.packages))
         self.assertEqual(run("chroot", root.root, "sh", "-c", "command -v c++ cc || true"), "")
-        self.renders_the_same(root, "peeler")
+        self.renders_the_same(root)
         if "python3-peeler" in self.packages:
             code = "import peeler; print(peeler.Scene('/work/coincident.glb'), peeler.__version__)"
             self.say(self.run_in(root, "python3", "-c", code).strip())
@@ -314,23 +242,6 @@ class Roots(PeelerTest):
         found = self.run_in(root, "find", "/usr", "/etc", "/var", "/opt", "/root", "-name", "*peeler*")
         self.assertEqual(found, "")
 
-    def test_archive(self):
-        (archive,) = self.made.glob("*.tar.xz")
-        self.assertLessEqual(archive.stat().st_size, LARGEST)
-        root = self.root("archive", "libegl1", "libgl1-mesa-dri", "xz-utils")
-        name = archive.name.removesuffix(".tar.xz")
-        unpack = ("tar", "-C", "/work", "-xf", f"/packages/{archive.name}")
-        self.run_in(root, *unpack, user="65534:65534")
-        self.renders_the_same(root, f"/work/{name}/bin/peeler")
-        licences = pathlib.Path(root.root, "work", name, "share/doc/peeler/licences")
-        self.assertGreater(len(list(licences.iterdir())), 30)
-        # The archive works from another folder, and without GL.
-        self.run_in(root, "mv", f"/work/{name}", "/work/elsewhere")
-        self.run_in(root, "dpkg", "--purge", "--force-depends", "libegl1", "libstdc++6")
-        root.folder = "/work"
-        rays = ("rays", SCENE, "-o", "hits.npz", "--axes", "--resolution", "32", "--quiet")
-        self.run_in(root, "/work/elsewhere/bin/peeler", *rays, user="65534:65534")
-
     def test_library(self):
         tools = ("g++", "cmake", "make", "pkg-config", "libegl-dev", "libegl1", "libgl1-mesa-dri")
         root = self.root("library", *tools)
@@ -339,7 +250,7 @@ class Roots(PeelerTest):
         self.run_in(root, "cmake", "-S", "/library", "-B", "/work/build")
         self.run_in(root, "cmake", "--build", "/work/build")
         arguments = (f"/work/{SCENE}", "/work/counts.pgm", "/work/library.exr")
-        printed = self.run_in(root, "/work/build/layers", *arguments, user="65534:65534")
+        printed = self.run_in(root, "/work/build/layers", *arguments, user=NOBODY)
         info = run(BUILD / "peeler", "info", "layers.exr", "--json", cwd=self.expected)
         fragments = re.search(r'"fragmentsStored": (\d+)', info)[1]
         self.assertIn(f" {fragments} fragments of ", printed)
@@ -348,7 +259,7 @@ class Roots(PeelerTest):
         self.assertTrue(json.loads(compared)["identical"], compared)
         self.run_in(root, "sh", "-c", "g++ -std=c++20 -o /work/linked /library/layers.cpp "
                     "$(pkg-config --cflags --libs peeler)")
-        self.run_in(root, "/work/linked", f"/work/{SCENE}", user="65534:65534")
+        self.run_in(root, "/work/linked", f"/work/{SCENE}", user=NOBODY)
 
 
 if __name__ == "__main__":

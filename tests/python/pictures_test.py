@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tests that pictures of the Python module equal the files of the command line, and are not copied."""
 
+import shutil
 import subprocess
 import unittest
 
@@ -83,6 +84,7 @@ class Pictures(ModuleTest):
         del img, arrays, array  # an array keeps its memory alive
         self.assert_same(z, warm.z)
 
+    @unittest.skipUnless(hasattr(np, "from_dlpack"), "needs NumPy 1.22")
     def test_dlpack(self):
         img = self.r.layers(scene("coincident"), size=(64, 36), channels=["id"])
         for array in (img.z, img.rgba, img.splits, img["id"]):
@@ -140,6 +142,7 @@ class Pictures(ModuleTest):
         self.assert_error("usage", peeler.render, engine, output=file, dense=0)
         self.assert_error("usage", img.save, self.folder / "x.exr", dense=2)
 
+    @unittest.skipUnless(shutil.which("oiiotool"), "needs oiiotool")
     def test_parts_of_other_programs_are_warned_of_and_chosen(self):
         path = self.folder / "two.exr"
         part = lambda name, grey: ["--pattern", f"constant:color={grey},{grey},{grey},1", "4x3", "4",

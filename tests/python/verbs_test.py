@@ -5,12 +5,13 @@ import ast
 import inspect
 import json
 import os
+import pathlib
 import re
 import unittest
 
-from module import BUILD, SCENES, ModuleTest, command, np, peeler, scene
+from module import SCENES, ModuleTest, command, np, peeler, scene
 
-STUB = BUILD / "python" / "peeler" / "__init__.pyi"
+STUB = pathlib.Path(peeler.__file__).with_name("__init__.pyi")
 # Options of `peeler render` that are not keywords of the picture functions: options for files, the scene, the Renderer,
 # sequences and reports.
 ELSEWHERE = set(
