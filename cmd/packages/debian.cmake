@@ -12,6 +12,8 @@ endfunction()
 read_date(seconds)
 # CPack uses this as the date of the packed files.
 set(ENV{SOURCE_DATE_EPOCH} ${seconds})
+# dpkg-shlibdeps reads this variable in a cross build.
+set(ENV{DEB_HOST_ARCH} ${CPACK_DEBIAN_PACKAGE_ARCHITECTURE})
 execute_process(COMMAND env LC_ALL=C TZ=UTC date -R -d @${seconds} OUTPUT_VARIABLE date
     OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
 

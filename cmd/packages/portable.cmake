@@ -16,6 +16,10 @@ set(unused "^lib(opencv_|avcodec|avformat|avutil|swscale|dcm|ofstd|oflog|heif)")
 # These functions register the DICOM library when it is loaded, so their stand-ins must do nothing.
 set(announced "^_ZN10DiRegister[CD][12]Ev$")
 
+# The oldest Linux that Debian's C library supports, by processor.
+set(linux_x86_64 3.2)
+set(linux_aarch64 3.7)
+
 set(root ${folder}/${name})
 file(REMOVE_RECURSE ${root})
 foreach(component program manual)
@@ -53,6 +57,8 @@ file(COPY_FILE ${CMAKE_CURRENT_LIST_DIR}/portable_readme.txt ${root}/README.txt)
 
 file(READ ${root}/README.txt text)
 string(REPLACE "@VERSION@" ${version} text "${text}")
+string(REPLACE "@PROCESSOR@" ${processor} text "${text}")
+string(REPLACE "@LINUX@" ${linux_${processor}} text "${text}")
 file(WRITE ${root}/README.txt "${text}")
 
 set(archive ${folder}/${name}.tar.xz)

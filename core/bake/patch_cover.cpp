@@ -284,7 +284,7 @@ template <class Cover>
 #endif
 
 template <bool kOneSided>
-CoverPatch laneCover(bool for_every_processor) {
+CoverPatch laneCover([[maybe_unused]] bool for_every_processor) {
 #ifdef __x86_64__
     if (hasAvx2() && !for_every_processor) return coverOnAvx2<LaneCover<EightLanes, kOneSided>>;
 #endif

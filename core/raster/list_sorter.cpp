@@ -95,7 +95,7 @@ void sortOnEvery(ListColumn* columns, std::size_t count) {
 
 }  // namespace
 
-SortLists sortListsFor(bool every_processor) {
+SortLists sortListsFor([[maybe_unused]] bool every_processor) {
 #ifdef __x86_64__
     if (hasAvx2() && !every_processor) return sortOnAvx2;
 #endif

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include <peeler/error.h>
+#include "core/base/hypotenuse.h"
 #include "core/scene/elements.h"
 
 namespace peeler {
@@ -117,7 +118,7 @@ std::vector<glm::dvec2> SceneExtent::profile(const glm::dvec3& centre) const {
     std::vector<glm::dvec2> points;
     std::size_t most = kMostPoints;
     const auto add = [&](const glm::dvec3& p) {
-        points.emplace_back(std::hypot(p.x - centre.x, p.z - centre.z), p.y - centre.y);
+        points.emplace_back(hypotenuse(p.x - centre.x, p.z - centre.z), p.y - centre.y);
         if (points.size() < most) return;
         keepHull(points);
         most = points.size() + kMostPoints;

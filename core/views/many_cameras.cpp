@@ -10,6 +10,7 @@
 
 #include <peeler/bundle.h>
 #include <peeler/error.h>
+#include "core/base/hypotenuse.h"
 
 namespace peeler {
 namespace {
@@ -59,7 +60,7 @@ TurntableEye turntableEye(const SceneExtent& extent, const glm::dvec3& centre,
     const std::vector<glm::dvec2> profile = extent.profile(centre);
     const double size = sceneSize(extent.bounds());
     const auto reach = [&](const glm::dvec3& direction) {
-        const double across = std::hypot(direction.x, direction.z);
+        const double across = hypotenuse(direction.x, direction.z);
         double farthest = profile.empty() ? 0.5 * size * glm::length(direction)
                                           : -std::numeric_limits<double>::infinity();
         for (const glm::dvec2& p : profile)

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The program peeler_decode, which decodes one Draco-compressed mesh (formats/gltf/draco_mesh.cpp).
+#include <draco/attributes/attribute_octahedron_transform.h>
+#include <draco/attributes/attribute_quantization_transform.h>
+#include <draco/compression/attributes/normal_compression_utils.h>
 #include <draco/compression/decode.h>
 #include <draco/compression/point_cloud/point_cloud_decoder.h>
 #include <draco/core/varint_decoding.h>
@@ -11,6 +14,7 @@
 #include <memory>
 #include <new>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 #include <peeler/error.h>
@@ -97,8 +101,76 @@ void checkPromise(const Promise& promise, const DracoLimits& limits) {
                   " vertices, but at most " + std::to_string(limits.points) + " can be used");
 }
 
+/// A mesh whose floats stay quantized. libdraco may compute them with fused multiply-adds, and so
+/// give other bits on other processors (see CMakeLists.txt).
+class QuantizedMesh : public draco::Mesh {
+  public:
+    explicit QuantizedMesh(draco::Decoder& decoder) : decoder_(decoder) {}
+    void SetAttribute(int id, std::unique_ptr<draco::PointAttribute> attribute) override {
+        if (attribute->data_type() == draco::DT_FLOAT32)
+            decoder_.SetSkipAttributeTransform(attribute->attribute_type());
+        draco::Mesh::SetAttribute(id, std::move(attribute));
+    }
+
+  private:
+    draco::Decoder& decoder_;
+};
+
+/// Computes an attribute's floats as libdraco does without fused multiply-adds.
+class Dequantization {
+  public:
+    explicit Dequantization(const draco::PointAttribute& attribute) {
+        const draco::AttributeTransformData* const data = attribute.GetAttributeTransformData();
+        if (!data) return;
+        draco::AttributeOctahedronTransform octahedron;
+        if (data->transform_type() == draco::ATTRIBUTE_OCTAHEDRON_TRANSFORM &&
+            octahedron.InitFromAttribute(attribute) && attribute.num_components() == 2) {
+            components_ = 3;
+            if (!directions_.SetQuantizationBits(octahedron.quantization_bits()))
+                failDraco("a normal of the Draco data is damaged");
+        } else if (data->transform_type() == draco::ATTRIBUTE_QUANTIZATION_TRANSFORM &&
+                   scale_.InitFromAttribute(attribute)) {
+            components_ = attribute.num_components();
+            delta_ = scale_.range() /
+                     static_cast<float>((std::uint32_t{1} << scale_.quantization_bits()) - 1);
+        }
+    }
+    /// The number of floats for each point; 0 if the attribute is not quantized.
+    int components() const { return components_; }
+    void operator()(const std::int32_t* quantized, float* values) const {
+        if (directions_.IsInitialized()) {
+            directions_.QuantizedOctahedralCoordsToUnitVector(quantized[0], quantized[1], values);
+            return;
+        }
+        for (int i = 0; i < components_; ++i)
+            values[i] = static_cast<float>(quantized[i]) * delta_ + scale_.min_value(i);
+    }
+
+  private:
+    int components_ = 0;
+    draco::OctahedronToolBox directions_;
+    draco::AttributeQuantizationTransform scale_;
+    float delta_ = 0;
+};
+
 template <typename Number>
-std::vector<std::uint8_t> valuesAs(const draco::PointAttribute& attribute, std::size_t points,
+bool readValue(const draco::PointAttribute& attribute, const Dequantization& dequantized,
+               draco::AttributeValueIndex place, int components, Number* values) {
+    if (dequantized.components() == 0)
+        return attribute.ConvertValue<Number>(place, static_cast<std::int8_t>(components), values);
+    if constexpr (std::is_same_v<Number, float>) {
+        std::int32_t quantized[4] = {};
+        if (!attribute.ConvertValue<std::int32_t>(place, attribute.num_components(), quantized))
+            return false;
+        dequantized(quantized, values);
+        return true;
+    }
+    return false;
+}
+
+template <typename Number>
+std::vector<std::uint8_t> valuesAs(const draco::PointAttribute& attribute,
+                                   const Dequantization& dequantized, std::size_t points,
                                    int components) {
     std::vector<std::uint8_t> result(points * static_cast<std::size_t>(components) *
                                      sizeof(Number));
@@ -108,14 +180,15 @@ std::vector<std::uint8_t> valuesAs(const draco::PointAttribute& attribute, std::
         const draco::AttributeValueIndex place =
             attribute.mapped_index(draco::PointIndex(static_cast<std::uint32_t>(i)));
         if (place.value() >= attribute.size() ||
-            !attribute.ConvertValue<Number>(place, static_cast<std::int8_t>(components), values))
+            !readValue(attribute, dequantized, place, components, values))
             failDraco("an attribute of the Draco data does not fit its accessor");
         std::memcpy(result.data() + i * bytes, values, bytes);
     }
     return result;
 }
 
-using ValuesAs = std::vector<std::uint8_t> (*)(const draco::PointAttribute&, std::size_t, int);
+using ValuesAs = std::vector<std::uint8_t> (*)(const draco::PointAttribute&, const Dequantization&,
+                                               std::size_t, int);
 
 struct ComponentRow {
     int type;
@@ -132,10 +205,13 @@ std::vector<std::uint8_t> valuesOf(const draco::Mesh& mesh, const DracoAttribute
     if (!attribute)
         failDraco("the Draco data has no attribute with the id " +
                   std::to_string(wanted.unique_id));
-    if (attribute->num_components() != wanted.components || wanted.components > 4)
+    const Dequantization dequantized(*attribute);
+    const int components =
+        dequantized.components() > 0 ? dequantized.components() : attribute->num_components();
+    if (components != wanted.components || wanted.components > 4)
         failDraco("the attribute " + std::to_string(wanted.unique_id) + " of the Draco data has " +
-                  std::to_string(attribute->num_components()) +
-                  " components, but its accessor has " + std::to_string(wanted.components));
+                  std::to_string(components) + " components, but its accessor has " +
+                  std::to_string(wanted.components));
     // Reject bools: glTF has no such accessors, and Draco accepts any stored byte as a bool.
     if (attribute->data_type() == draco::DT_BOOL)
         failDraco("the attribute " + std::to_string(wanted.unique_id) +
@@ -145,7 +221,7 @@ std::vector<std::uint8_t> valuesOf(const draco::Mesh& mesh, const DracoAttribute
         failDraco("the Draco data is damaged");
     for (const ComponentRow& row : kComponents)
         if (row.type == wanted.component_type)
-            return row.values(*attribute, points, wanted.components);
+            return row.values(*attribute, dequantized, points, wanted.components);
     failDraco("the component type " + std::to_string(wanted.component_type) +
               " is unknown to Draco");
 }
@@ -153,10 +229,10 @@ std::vector<std::uint8_t> valuesOf(const draco::Mesh& mesh, const DracoAttribute
 std::unique_ptr<draco::Mesh> decodeMesh(std::span<const std::uint8_t> bytes) {
     draco::DecoderBuffer buffer = bufferOf(bytes);
     draco::Decoder decoder;
-    auto result = decoder.DecodeMeshFromBuffer(&buffer);
-    if (!result.ok())
-        failDraco("the Draco data is damaged: " + std::string(result.status().error_msg_string()));
-    return std::move(result).value();
+    auto mesh = std::make_unique<QuantizedMesh>(decoder);
+    const draco::Status status = decoder.DecodeBufferToGeometry(&buffer, mesh.get());
+    if (!status.ok()) failDraco("the Draco data is damaged: " + status.error_msg_string());
+    return mesh;
 }
 
 std::vector<std::uint32_t> indicesOf(const draco::Mesh& mesh) {

@@ -9,11 +9,13 @@ import pathlib
 import re
 import shutil
 import sys
-import zipfile
 
 import debian
 from packed import ALL, BUILD, MADE, MORE, NEEDED, NOBODY, RENDER, SCENE, PackedTest, run
 from peeler_command import SOURCE, main, peeler
+
+sys.path.insert(0, str(SOURCE / "tests"))
+import threemf_package
 
 # C libraries: 2.31, 2.36, 2.41 and newer; Pythons: 3.9, 3.11, 3.13 and newer.
 RELEASES = ("bullseye", "bookworm", "trixie", "forky")
@@ -21,7 +23,7 @@ LARGEST = 60_000_000  # the maximum size of the archive, in bytes
 # Commands without GL, each with the files that it makes.
 EXACT = (
     (("rays", SCENE, "-o", "hits.npz", "--axes", "--resolution", "32", "--quiet"), "hits.npz"),
-    (("rays", "tetrahedron.3mf", "-o", "solid.npz", "--axes", "--resolution", "32", "--quiet"), "solid.npz"),
+    (("rays", "part.3mf", "-o", "part.npz", "--axes", "--resolution", "32", "--quiet"), "part.npz"),
     (("bake", SCENE, "-o", "baked.glb", "--quiet"), "baked.glb"),
     (("extract", "layers.exr", "--points", "points.ply", "--quiet"), "points.ply"),
     (("flatten", "layers.exr", "-o", "composite.png", "--quiet"), "composite.png"),
@@ -31,22 +33,6 @@ EXACT = (
 PYTHON_TESTS = ("verbs", "pictures", "rays", "views", "errors", "host")
 # Libraries that GL drivers bring (libraries.cmake).
 MACHINES = re.compile(r"lib(GL|EGL|OSMesa|gbm|drm|glapi|X|xcb|wayland|va|vdpau|OpenCL)")
-
-MODEL = """<?xml version="1.0"?>
-<model unit="millimeter" xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02"><resources>
-<object id="1" type="model"><mesh><vertices><vertex x="0" y="0" z="0"/><vertex x="1" y="0" z="0"/>
-<vertex x="0" y="1" z="0"/><vertex x="0" y="0" z="1"/></vertices><triangles><triangle v1="0" v2="2" v3="1"/>
-<triangle v1="0" v2="1" v3="3"/><triangle v1="1" v2="2" v3="3"/><triangle v1="2" v2="0" v3="3"/></triangles>
-</mesh></object></resources><build><item objectid="1"/></build></model>"""
-PARTS_OF_3MF = {
-    "[Content_Types].xml": '<?xml version="1.0"?><Types xmlns="http://schemas.openxmlformats.org/package/2006/'
-    'content-types"><Default Extension="rels" ContentType="application/vnd.openxmlformats-package.relationships+xml"/>'
-    '<Default Extension="model" ContentType="application/vnd.ms-package.3dmanufacturing-3dmodel+xml"/></Types>',
-    "_rels/.rels": '<?xml version="1.0"?><Relationships xmlns="http://schemas.openxmlformats.org/package/2006/'
-    'relationships"><Relationship Target="/3D/3dmodel.model" Id="r" '
-    'Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>',
-    "3D/3dmodel.model": MODEL,
-}
 
 Needs = collections.namedtuple("Needs", "libraries versions interpreter")
 
@@ -75,9 +61,8 @@ class Archive(PackedTest):
         cls.name = cls.archive.name.removesuffix(".tar.xz")
         run("tar", "-C", cls.scratch, "-xf", cls.archive)
         cls.unpacked = pathlib.Path(cls.scratch, cls.name)
-        with zipfile.ZipFile(cls.expected / "tetrahedron.3mf", "w") as file:
-            for name, text in PARTS_OF_3MF.items():
-                file.writestr(name, text)
+        triangle = threemf_package.model(threemf_package.OBJECT)
+        (cls.expected / "part.3mf").write_bytes(threemf_package.package(triangle))
         for arguments, _ in EXACT:
             run(BUILD / "peeler", *arguments, cwd=cls.expected)
 
@@ -120,7 +105,7 @@ class Archive(PackedTest):
         run("mount", "--rbind", "/dev", root / "dev")
         self.addCleanup(lambda: [run("umount", "-l", root / name) for name in ("proc", "dev")])
         shutil.copytree(self.unpacked, root / "peeler", symlinks=True)
-        for name in (SCENE, "tetrahedron.3mf", "layers.exr"):
+        for name in (SCENE, "part.3mf", "layers.exr"):
             shutil.copy(self.expected / name, root / "work")
         for arguments, made in EXACT:
             placed = [f"/work/{word}" if (self.expected / word).is_file() else word for word in arguments]
@@ -140,7 +125,7 @@ class Archive(PackedTest):
         self.run_in(root, "tar", "-C", "/work", "-xf", f"/work/{self.archive.name}", user=NOBODY)
         program = f"/work/{self.name}/bin/peeler"
         # Without GL, everything that needs none works.
-        self.put(root, "tetrahedron.3mf", "layers.exr")
+        self.put(root, "part.3mf", "layers.exr")
         self.run_as_user(root, program, *(arguments for arguments, _ in EXACT))
         self.assert_same_files(root, *(made for _, made in EXACT))
         done = root.run([program, "render", f"/work/{SCENE}", "-o", "/work/no.exr"], user=NOBODY)

@@ -87,6 +87,31 @@ def make_root(name, folder):
     return mirror
 
 
+def unpack_root(name, folder, architecture, packages):
+    """Makes a root folder for another architecture, with these packages and all that they depend on. None of its
+    programs has run, so nothing is configured. Raises RuntimeError."""
+    done = subprocess.run(
+        ["debootstrap", "--foreign", f"--arch={architecture}", "--variant=minbase", f"--include={','.join(packages)}",
+         name, folder, mirror_of(name)],
+        text=True,
+        check=False,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        env={**os.environ, "PATH": PATH},
+    )  # fmt: skip
+    if done.returncode != 0:
+        raise RuntimeError(f"debootstrap: {done.stdout[-2000:]}")
+    # The first stage of debootstrap only downloads packages that are not essential.
+    for package in pathlib.Path(folder, "var/cache/apt/archives").glob("*.deb"):
+        packed = subprocess.run(["dpkg-deb", "--fsys-tarfile", package], stdout=subprocess.PIPE, check=True)
+        subprocess.run(["tar", "-C", folder, "-x", "--keep-directory-symlink"], input=packed.stdout, check=True)
+        package.unlink()
+    proc = pathlib.Path(folder, "proc")
+    if proc.is_symlink():
+        proc.unlink()
+        proc.mkdir()
+
+
 def in_own_machine(host_name, body, suite_name, memory):
     """Runs `body` on a virtual machine and exits with its result, if roots of this many bytes of memory can be made;
     otherwise prints why it is skipped."""
