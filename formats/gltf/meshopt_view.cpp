@@ -100,10 +100,69 @@ struct Filter {
     void (*decode)(void* bytes, std::size_t count, std::size_t stride);
 };
 
+// The meshopt library decodes OCTAHEDRAL and QUATERNION with estimated square roots, whose bits
+// differ between processors. So these functions replace it.
+
+/// Returns the nearest integer, of which the file keeps the low bits.
+template <typename Signed>
+Signed rounded(float value) {
+    return static_cast<Signed>(std::lrint(value));
+}
+
+/// Decodes octahedral normals and tangents (EXT_meshopt_compression, Appendix A, filter 1).
+template <typename Signed>
+void decodeDirections(std::uint8_t* bytes, std::size_t count) {
+    constexpr auto kOne = static_cast<float>(std::numeric_limits<Signed>::max());
+    for (std::size_t i = 0; i < count; ++i, bytes += 4 * sizeof(Signed)) {
+        Signed v[4];
+        std::memcpy(v, bytes, sizeof v);
+        // The third component is 1 in the same precision. Its highest bit has no meaning in 16
+        // bits.
+        const int one = sizeof(Signed) == 1 ? v[2] : v[2] & std::numeric_limits<Signed>::max();
+        float x = v[0], y = v[1];
+        const float z = static_cast<float>(one) - (std::abs(x) + std::abs(y));
+        const float fold = std::min(z, 0.0F);  // the lower half lies in the corners
+        x += x < 0 ? -fold : fold;
+        y += y < 0 ? -fold : fold;
+        const float length = std::sqrt(x * x + (y * y + z * z));
+        const float scale = length > 0 ? kOne / length : 0;
+        v[0] = rounded<Signed>(x * scale);
+        v[1] = rounded<Signed>(y * scale);
+        v[2] = rounded<Signed>(z * scale);
+        std::memcpy(bytes, v, sizeof v);
+    }
+}
+
+void decodeOctahedralFilter(void* data, std::size_t count, std::size_t stride) {
+    const auto decode =
+        stride == 4 ? decodeDirections<std::int8_t> : decodeDirections<std::int16_t>;
+    decode(static_cast<std::uint8_t*>(data), count);
+}
+
+/// Decodes rotations (the same, filter 2).
+void decodeQuaternionFilter(void* data, std::size_t count, std::size_t) {
+    const float half = 1 / std::sqrt(2.0F);
+    auto* bytes = static_cast<std::uint8_t*>(data);
+    for (std::size_t i = 0; i < count; ++i, bytes += 8) {
+        std::int16_t v[4];
+        std::memcpy(v, bytes, sizeof v);
+        // The low bits of the last component are the index of the largest one.
+        const auto largest = static_cast<std::size_t>(v[3] & 3);
+        const float scale = half / static_cast<float>(v[3] | 3);
+        const float x = static_cast<float>(v[0]) * scale, y = static_cast<float>(v[1]) * scale,
+                    z = static_cast<float>(v[2]) * scale;
+        const float w = std::sqrt(std::max(1 - (x * x + (y * y + z * z)), 0.0F));
+        const float parts[] = {w, x, y, z};
+        for (std::size_t k = 0; k < 4; ++k)
+            v[(largest + k) % 4] = rounded<std::int16_t>(parts[k] * 32767);
+        std::memcpy(bytes, v, sizeof v);
+    }
+}
+
 constexpr Filter kFilters[] = {
     {"NONE", true, true, true, nullptr},
-    {"OCTAHEDRAL", false, true, true, meshopt_decodeFilterOct},
-    {"QUATERNION", false, false, true, meshopt_decodeFilterQuat},
+    {"OCTAHEDRAL", false, true, true, decodeOctahedralFilter},
+    {"QUATERNION", false, false, true, decodeQuaternionFilter},
     {"EXPONENTIAL", true, true, true, meshopt_decodeFilterExp},
     {"COLOR", false, true, true, decodeColorFilter},
 };

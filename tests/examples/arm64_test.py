@@ -38,7 +38,7 @@ exec chroot "$@" """
 
 # Commands on files that this machine makes first: SCENES, MODELS, and the pictures of RENDERED.
 SCENES = ("bracket", "coincident", "engine", "glasses", "jellyfish", "plant")
-MODELS = {"draco": "Box/glTF-Draco", "meshopt": "BoxTexturedMeshopt", "skin": "CesiumMan/glTF-Binary"}
+MODELS = {"draco": "Box/glTF-Draco", "meshopt": "Pirate", "skin": "CesiumMan/glTF-Binary"}
 RENDERED = (
     "render engine.glb -o layers.exr --size 160x90",
     "render glasses.glb -o deep.exr --as deep --size 96x54",
@@ -77,7 +77,7 @@ COMMANDS = (
 CHANGING = re.compile(rb'"(peakMemory|milliseconds)": (\d+|\{[^}]*\})|peeler: [a-z]+ \d+ %\n')
 OF_MODELS = {
     "draco": "rays draco/Box.gltf -o draco.npz --axes --resolution 32 --columns all",
-    "meshopt": "rays meshopt/BoxTextured_meshopt.glb -o meshopt.npz --axes --resolution 32 --columns all",
+    "meshopt": "rays meshopt/pirate.glb -o meshopt.npz --axes --resolution 32 --columns all",
     "skin": "rays skin/CesiumMan.glb -o skin.npz --time 0.9 --directions 8 --resolution 64 --columns all",
 }
 
