@@ -68,6 +68,7 @@ DOORS = (
             "formats/file/atomic_file.cpp": "folders, and files that it makes (O_EXCL)",
             "cmd/batch/batch_report.cpp": "the report, which is appended to; it does not wait",
             "cmd/machine/child_process.cpp": "/dev/null",
+            "cmd/packages/launcher.cpp": "a program of its own: the dynamic linker's files",
             "cmd/worker/job_process.cpp": "/dev/null",
         },
     ),
@@ -104,6 +105,7 @@ DOORS = (
         "Console (cmd/cli/console.h), which escapes and cuts",
         {
             "cmd/main.cpp": "it makes the console",
+            "cmd/packages/launcher.cpp": "a program of its own, before the console",
             "core/gl/context.cpp": "GL's own messages, for developers",
             "core/shading/write_constants.cpp": "a program of the build",
             "formats/image/write_font.cpp": "a program of the build",
