@@ -14,6 +14,7 @@
 #include "cmd/session/session.h"
 #include "cmd/verbs.h"
 #include "core/image/layers.h"
+#include "formats/exr/deep_certificate.h"
 #include "formats/exr/layered_input.h"
 #include "formats/output_hash.h"
 #include "formats/writers.h"
@@ -93,6 +94,10 @@ void convert(const ConvertOptions& options, Reporter& reporter) {
     if (provenance.version.empty()) provenance.version = PEELER_VERSION;
     OutputOptions output = run.output.from(provenance);
     output.cryptomatte = options.cryptomatte || keepsCryptomatte(info, run.output);
+    const auto certificate = info.attributes().find(kDeepCertificate);
+    if (certificate != info.attributes().end() &&
+        findOutputFormat(path, output.as).holdsFragments())
+        output.provenance.deep_certificate = certificate->second;
     output.provenance.output_hash = outputHashFrom(info, run.plan.view, path, output);
     const auto sink = makeSink(path, output);
     run.write(*sink, [&] {

@@ -145,6 +145,9 @@ void Sheets::checkOptions() {
                     "--methods all",
                     "leave out --progression, --show depth, --layers and --occlusion-ratio");
     }
+    if (request.against && (request.cells.progression || depth || request.capture.max_layers != 0))
+        throw Error(ErrorKind::kUsage, "a comparison shows whole composites", "--against",
+                    "leave out --progression, --show depth and --layers");
     checkClipOptions(request.clip);
     job_.checkOptions();
 }
@@ -154,6 +157,7 @@ void Sheets::checkFiles() const {
     std::vector<fs::path> inputs{request_.scene.file};
     if (const auto file = environmentFile(request_.appearance)) inputs.push_back(*file);
     if (request_.views.file) inputs.push_back(*request_.views.file);
+    if (request_.against) inputs.push_back(*request_.against);
     std::vector<fs::path> others = outputs();
     checkTargets(options_.output, others, request_.sequence, inputs);
     others.insert(others.end(), inputs.begin(), inputs.end());
@@ -180,6 +184,9 @@ void Sheets::ofFile() {
 
 void Sheets::ofScene() {
     refusePictureChoice(request_.file);
+    if (request_.against)
+        throw Error(ErrorKind::kUsage, "a scene has no original", "--against",
+                    "leave it out, or make the sheet of a thinned file");
     const OpenedScene& scene = job_.openScene();
     job_.checkOutputs(outputs());
     views_.place(scene);
@@ -305,6 +312,11 @@ void addCellOptions(VerbOptions& verb, SheetOptions& options) {
     addChoice<SheetMethods>(verb, "--methods", options.request.methods, kMethodChoices,
                             "choice of methods",
                             "composites of peeling methods to show, for scenes only:")
+        .group(kGroup);
+    addFile(verb, "--against", "ORIGINAL", options.request.against,
+            "the file that IN was thinned from (--deep-error): show both composites, and the "
+            "transmittance over depth of the pixel that differs most, instead of the layers")
+        .files(".exr .safetensors")
         .group(kGroup);
     addValue(verb, "--cells", "N", options.request.cells.most_cells, within(1, 1000),
              "maximum number of cells; the rest are left out (default: 24)")

@@ -108,7 +108,7 @@ std::span<const Verb> verbs() {
         {"verify", kToInspect, "Verify that files are intact and belong together",
          "peeler verify layers.exr\n"
          "peeler verify frame.*.exr\n"
-         "peeler verify layers.exr deep.exr --any-settings --json",
+         "peeler verify deep.exr --against layers.exr --any-settings --json",
          "", withSequences<declareVerify, SequenceUse::kTogether>},
         {"devices", kToInspect,
          "List all GL backends and devices, with the reason if one cannot be used",

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // peeler verify: checks the integrity of files and the consistency of sequences.
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <numeric>
+#include <optional>
 #include <set>
 #include <vector>
 
@@ -29,6 +31,7 @@ namespace fs = std::filesystem;
 
 struct VerifyOptions {
     std::vector<fs::path> inputs;
+    std::optional<fs::path> against;
     bool any_settings = false;
     int threads = 0;
     ReportOptions report;
@@ -92,6 +95,29 @@ constexpr const char* kKinds[] = {"unknown", "foreign", "flat", "layered"};
 constexpr const char* kProofs[] = {"proven", "none", "changed"};
 constexpr const char* kVerdicts[] = {"good", "incomplete", "bad"};
 
+/// A number that JSON can hold, else null.
+Json finiteJson(double value) {
+    return std::isfinite(value) ? Json(value) : Json();
+}
+
+Json toJson(const DeepAgainst& against) {
+    const DeepDifference& worst = against.worst;
+    Json json;
+    json["path"] = against.path;
+    json["difference"] = std::isfinite(worst.error) ? Json(worst.error) : Json("inf");
+    json["pixel"] = {against.x, against.y};
+    json["z"] = worst.z;
+    json["channel"] = std::string(deepChannelName(worst.component, against.tinted));
+    json["value"] = finiteJson(worst.value);
+    json["original"] = finiteJson(worst.original);
+    json["samples"] = against.samples;
+    json["originalSamples"] = against.original_samples;
+    const auto& certificate = against.certificate;
+    json["certified"] = certificate ? Json(certificate->error) : Json();
+    json["isOriginal"] = certificate ? Json(against.is_original) : Json();
+    return json;
+}
+
 Json toJson(const VerifiedFile& file) {
     Json json;
     json["path"] = file.path;
@@ -103,6 +129,7 @@ Json toJson(const VerifiedFile& file) {
     json["fragments"] = layered ? Json(file.fragments) : Json();
     json["frame"] = isOurs(file) ? Json(file.provenance.frame) : Json();
     json["problems"] = file.problems;
+    if (file.against) json["against"] = toJson(*file.against);
     return json;
 }
 
@@ -113,6 +140,7 @@ std::string toText(const VerifiedFile& file) {
             text += (i == 0 ? "" : "; ") + printable(file.problems[i], kMostOfLine);
         return text + '\n';
     }
+    if (file.against) text += file.against->text() + "; ";
     const bool proven = file.proof == ExrIntegrity::kProven;
     if (file.kind == VerifiedKind::kForeign)
         return text +
@@ -135,6 +163,7 @@ int verifyAll(const VerifyOptions& options, Reporter& reporter) {
         ProgressReport progress(reporter, "verify");
         for (const fs::path& path : options.inputs) {
             files.push_back(verifyFile(path.string()));
+            if (options.against) verifyAgainst(files.back(), options.against->string());
             progress.update(static_cast<double>(files.size()) /
                             static_cast<double>(options.inputs.size()));
         }
@@ -182,6 +211,11 @@ VerbAction declareVerify(VerbOptions& verb) {
     verb.addFiles("FILES", options->inputs,
                   "OpenEXR files and pictures in arrays (.safetensors); files that peeler wrote "
                   "are checked as one sequence")
+        .files(".exr .safetensors");
+    addFile(verb, "--against", "ORIGINAL", options->against,
+            "the deep or layered file that FILES were thinned from (--deep-error): measure the "
+            "largest difference of accumulated colour and transmittance at any depth, and fail if "
+            "it exceeds the certificate in the header")
         .files(".exr .safetensors");
     verb.addFlag("--any-settings", options->any_settings,
                  "allow scene, settings and size to differ between files");

@@ -25,6 +25,12 @@ bool precedes(Key a, Key b) {
     return a.depth > b.depth || (a.depth == b.depth && a.primitive < b.primitive);
 }
 
+/// Returns the distance along the viewing axis of a buffer depth, in scene units.
+float viewDistance(float depth) {
+    vec4 point = frame.view_from_ndc * vec4(0.0, 0.0, depth, 1.0);
+    return -point.z / point.w;
+}
+
 #ifdef GEOMETRY  // defined except in full-screen passes
 layout(location = PEELER_FIRST_KEY) flat in uint first_key;
 

@@ -13,6 +13,10 @@ layout(binding = PEELER_BACK_UNIT) uniform sampler2D back_color;
 layout(binding = PEELER_TAIL_SUM_UNIT) uniform sampler2D tail_sum;
 layout(binding = PEELER_TAIL_COUNT_UNIT) uniform sampler2D tail_count;
 
+#ifdef COVERAGE
+layout(binding = PEELER_COVERAGE_UNIT) uniform sampler2D coverage;
+#endif
+
 layout(std430, binding = PEELER_LIST_HEADS) buffer ListHeads { uint list_heads[]; };
 layout(std430, binding = PEELER_COLORS) writeonly buffer Colors { vec4 colors[]; };
 
@@ -29,7 +33,11 @@ void writeTinted(uint pixel, ivec2 at, vec4 back, vec4 tail, float n) {
     opacity = texelFetch(tail_opacity, at, 0).rgb;
 #ifndef WEIGHTED_SUM
     for (int c = 0; c < 3; ++c) {
+#ifdef COVERAGE
+        float covered = texelFetch(coverage, at, 0)[c];
+#else
         float covered = opacity[c] > 0.0 ? 1.0 - pow(max(0.0, 1.0 - opacity[c] / n), n) : 0.0;
+#endif
         if (opacity[c] > 0.0) color[c] = color[c] / opacity[c] * covered;
         opacity[c] = covered;
     }
@@ -43,10 +51,14 @@ void writeTinted(uint pixel, ivec2 at, vec4 back, vec4 tail, float n) {
 vec4 over(vec4 a, vec4 b) { return a + (1.0 - a.a) * b; }
 
 /// Returns the weighted average of n fragments (Bavoil & Myers 2008, section 4). Each fragment gets
-/// the mean colour and the mean opacity.
-vec4 average(vec4 sum, float n) {
+/// the mean colour and the mean opacity. With COVERAGE, the opacity of all is known exactly.
+vec4 average(vec4 sum, float n, ivec2 at) {
     if (sum.a <= 0.0) return vec4(sum.rgb, 0.0);  // no opacity, as for reflections on glass
+#ifdef COVERAGE
+    float covered = texelFetch(coverage, at, 0).r;
+#else
     float covered = 1.0 - pow(max(0.0, 1.0 - sum.a / n), n);
+#endif
     return vec4(sum.rgb / sum.a * covered, covered);
 }
 
@@ -68,7 +80,7 @@ void main() {
     float n = texelFetch(tail_count, at, 0).r;
     tail = texelFetch(tail_sum, at, 0);
 #if !defined(WEIGHTED_SUM) && !defined(TINTED)
-    tail = average(tail, n);
+    tail = average(tail, n, at);
 #endif
     list_heads[pixel] += uint(n);
 #endif

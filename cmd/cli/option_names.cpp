@@ -27,6 +27,8 @@ constexpr OptionName kOptionNames[] = {
     {Parameter::kCompression, "--compression"},
     {Parameter::kConvention, "--camera-convention"},
     {Parameter::kCrop, "--crop"},
+    {Parameter::kDeepError, "--deep-error"},
+    {Parameter::kDeepKeep, "--deep-keep"},
     {Parameter::kDeepMerge, "--deep-merge"},
     {Parameter::kDense, "--dense"},
     {Parameter::kDevice, "--device"},

@@ -18,6 +18,7 @@
 #include "core/base/printable.h"
 #include "core/image/layers.h"
 #include "core/image/statistics.h"
+#include "formats/exr/deep_certificate.h"
 #include "formats/exr/exr_layout.h"
 #include "formats/file/json_text.h"
 #include "formats/layered/opened_picture.h"
@@ -250,7 +251,9 @@ std::string toText(const ImageFacts& facts, const InfoOptions& options) {
     if (facts.countsKnown()) {
         text += "fragments: " + groupedText(plan.fragments_stored) + " of " +
                 groupedText(plan.fragments_counted) +
-                (plan.complete() ? ", complete\n" : ", not complete\n");
+                (plan.complete()                                ? ", complete\n"
+                 : info.attributes().contains(kDeepCertificate) ? ", thinned\n"
+                                                                : ", not complete\n");
     } else if (facts.layered) {
         text += "fragments: " + groupedText(facts.fragments) + '\n';
     }

@@ -85,7 +85,24 @@ float parseTolerance(const std::string& text) {
     return static_cast<float>(value);
 }
 
-/// Declares --layout, --compression, --deep-merge, --deep-z-tolerance and --deep-alpha-tolerance.
+/// Parses an error such as 0.001 or 1/1024.
+double parseDeepError(const std::string& text) {
+    const std::size_t slash = text.find('/');
+    const double error = slash == std::string::npos ? parseNumber(text)
+                                                    : parseNumber(text.substr(0, slash)) /
+                                                          parseNumber(text.substr(slash + 1));
+    if (!(error > 0 && error < 1))
+        throw Error(ErrorKind::kUsage, "expected a number between 0 and 1, such as 1/1024");
+    return error;
+}
+
+bool parseDeepKeep(const std::string& text) {
+    if (text == "id") return true;
+    throw Error(ErrorKind::kUsage, "expected id");
+}
+
+/// Declares --layout, --compression, --deep-merge, --deep-z-tolerance, --deep-alpha-tolerance,
+/// --deep-error and --deep-keep.
 void addLayerFileOptions(VerbOptions& verb, OutputRequest& output) {
     constexpr const char* kGroup = "Layer files";
     OutputOptions& options = output.options;
@@ -109,10 +126,22 @@ void addLayerFileOptions(VerbOptions& verb, OutputRequest& output) {
              "maximum alpha difference of merged samples from the nearest one, for by-id (default: "
              "1, any)")
         .group(kGroup);
+    addGiven(verb, output, "--deep-error", "E", options.deep_merge.error, parseDeepError,
+             "thin the samples of --as deep: at every depth, accumulated colour (relative to the "
+             "pixel's largest above 1) and transmittance change by at most E, such as 1/1024")
+        .group(kGroup);
+    addGiven(verb, output, "--deep-keep", "id", options.deep_merge.keep_ids, parseDeepKeep,
+             "keep objects and materials in separate samples with --deep-error; needs the channel "
+             "id")
+        .group(kGroup);
 }
 
 void checkDeepMerge(const OutputRequest& output) {
     const DeepMerge mode = output.options.deep_merge.mode;
+    if (output.isGiven("--deep-error") && mode != DeepMerge::kOff)
+        refuse("--deep-error merges samples, too", "--deep-merge", "leave out one of the two");
+    if (output.isGiven("--deep-keep") && !output.isGiven("--deep-error"))
+        refuse("no samples are thinned", "--deep-keep", "add --deep-error");
     const bool by_id = mode == DeepMerge::kById;
     const bool near = by_id || mode == DeepMerge::kByZ;
     if (near && !output.isGiven("--deep-z-tolerance")) {
@@ -136,15 +165,15 @@ void checkLayerFileOptions(const OutputRequest& output, const OutputFormat& form
                    "add --as ldi or --as deep, or leave it out");
         findExrCompression(output.options.compression, deep);
     }
-    const bool merging = output.options.deep_merge.mode != DeepMerge::kOff;
-    const bool by_z = output.isGiven("--deep-z-tolerance");
-    if ((merging || by_z || output.isGiven("--deep-alpha-tolerance")) && !deep) {
-        refuse("only deep images have samples to merge",
-               merging ? "--deep-merge"
-               : by_z  ? "--deep-z-tolerance"
-                       : "--deep-alpha-tolerance",
-               "add --as deep, or leave it out");
-    }
+    const auto refuse_if = [&](bool given, const char* option) {
+        if (given && !deep)
+            refuse("only deep images have samples to merge", option,
+                   "add --as deep, or leave it out");
+    };
+    refuse_if(output.options.deep_merge.mode != DeepMerge::kOff, "--deep-merge");
+    for (const char* const option :
+         {"--deep-z-tolerance", "--deep-alpha-tolerance", "--deep-error", "--deep-keep"})
+        refuse_if(output.isGiven(option), option);
     checkDeepMerge(output);
 }
 
@@ -340,7 +369,7 @@ void describeFiles(const OutputRequest& output, PictureResult& result, Reporter&
                              " and possibly more.");
         }
     }
-    if (output.options.deep_merge.mode == DeepMerge::kOff) return;
+    if (!output.options.deep_merge.merges()) return;
     const Plan plan = openLayered(file)->info().plan;
     result.layers = plan.layers.size();
     result.fragments_stored = plan.fragments_stored;

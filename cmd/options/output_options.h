@@ -49,8 +49,8 @@ void addDisplayOptions(VerbOptions& verb, OutputRequest& output);
 /// Declares the options of addOutputFile() and addDisplayOptions().
 void addOutputOptions(VerbOptions& verb, OutputRequest& output);
 /// Declares the options of verbs that can write layers: --as, --no-composite, --layout,
-/// --compression, --deep-merge, --deep-z-tolerance, --deep-alpha-tolerance and, unless
-/// `layers_only`, the options of addDenseOptions() and --compress.
+/// --compression, --deep-merge, --deep-z-tolerance, --deep-alpha-tolerance, --deep-error,
+/// --deep-keep and, unless `layers_only`, the options of addDenseOptions() and --compress.
 void addLayerOutputOptions(VerbOptions& verb, OutputRequest& output, bool layers_only = false);
 
 /// Copies the display transform of a display picture from `written.outcome` to `result`.

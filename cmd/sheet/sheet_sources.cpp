@@ -11,6 +11,7 @@
 #include "cmd/options/clip_options.h"
 #include "cmd/options/layered_bands.h"
 #include "cmd/session/progress_report.h"
+#include "cmd/sheet/deep_cells.h"
 #include "core/base/stage_times.h"
 #include "core/capture/method.h"
 #include "formats/exr/layered_input.h"
@@ -278,6 +279,7 @@ SheetContent sheetOfFile(const SheetRequest& request, CaptureJob& job, Reporter&
     if (limit != 0 && limit < plan.layers.size()) plan.layers.resize(limit);
     SheetSettings settings = request.cells;
     settings.meters = settings.meters && !isPart(plan.view);
+    if (request.against) settings.most_cells = 1;
     SheetCells cells(settings);
     cells.begin(plan);
     ProgressReport progress(reporter, "sheet");
@@ -287,7 +289,10 @@ SheetContent sheetOfFile(const SheetRequest& request, CaptureJob& job, Reporter&
     });
     cells.finish();
     content.cells = std::move(cells.cells());
-    content.omitted = cells.omitted();
+    content.omitted = request.against ? 0 : cells.omitted();
+    if (request.against)
+        content.cells = deepCells(request, std::move(content.cells.front()),
+                                  request.against->string(), reporter);
     if (settings.meters) content.exposure = cells.meter().stopsIfNeeded();
     result.layers = plan.layers.size();
     result.fragments_counted = plan.fragments_counted;

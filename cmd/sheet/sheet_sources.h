@@ -28,8 +28,9 @@ enum class SheetMethods {
     kNone
 };
 
-/// The request for a sheet. A layered file uses only `scene.file`, `file`, `capture.max_layers` and
-/// `cells`; a scene uses everything except `file`. The clip volume is in `clip`, not in `capture`.
+/// The request for a sheet. A layered file uses only `scene.file`, `file`, `capture.max_layers`,
+/// `cells` and `against`; a scene uses everything except `file` and `against`. The clip volume is
+/// in `clip`, not in `capture`.
 struct SheetRequest : CaptureJobOptions {
     LayeredReadOptions file;
     CameraOptions camera;
@@ -38,6 +39,7 @@ struct SheetRequest : CaptureJobOptions {
     ClipOptions clip;
     SheetSettings cells;
     SheetMethods methods = SheetMethods::kUnsorted;
+    std::optional<std::filesystem::path> against;  ///< original of a thinned file
 };
 
 struct SheetContent {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include <peeler/sink.h>
+#include "cmd/options/deep_against.h"
 #include "core/image/statistics.h"
 #include "formats/exr/exr_files.h"
 #include "formats/exr/exr_integrity.h"
@@ -36,6 +37,7 @@ struct VerifiedFile {
     View view;              ///< set only for files written by peeler
     std::size_t layers = 0;
     std::uint64_t fragments = 0;
+    std::optional<DeepAgainst> against;  ///< the comparison with another file, if requested
 
     /// Adds a problem. Sets the verdict to `found` if `found` is worse.
     void blame(Verdict found, const std::string& problem);
@@ -51,5 +53,9 @@ struct VerifiedFile {
 /// `composite` equals the composited layers bit for bit. Throws Error only for causes outside the
 /// file (kMemory, kInternal).
 VerifiedFile verifyFile(const std::string& path);
+
+/// Measures the certificate of a thinned file again, from `original`. Adds a kBad problem if the
+/// difference exceeds the certificate's bound, or a file is not readable.
+void verifyAgainst(VerifiedFile& file, const std::string& original);
 
 }  // namespace peeler::cmd

@@ -22,6 +22,8 @@ constexpr auto kParameterNames = std::to_array<std::string_view>({
     "compression",
     "convention",
     "crop",
+    "deep_error",
+    "deep_keep",
     "deep_merge",
     "dense",
     "device",

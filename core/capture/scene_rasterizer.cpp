@@ -2,11 +2,13 @@
 #include "core/capture/scene_rasterizer.h"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <span>
 
 #include <peeler/error.h>
 #include "core/gl/program.h"
+#include "core/scene/framing.h"
 #include "core/shading/lighting.h"
 #include "shaders/interface.glsl"
 
@@ -222,6 +224,16 @@ void SceneRasterizer::bindFrame() {
     // sampler.
     for (GLuint unit = PEELER_MATERIAL_UNITS; unit <= PEELER_SHADOW_UNIT; ++unit)
         functions().BindSampler(unit, nearest_.name());
+}
+
+std::array<float, 2> SceneRasterizer::depthRange() const {
+    const View& view = pass_context_.view;
+    const std::optional<Bounds> bounds = scene_.posed().bounds();
+    if (!bounds) return {1, 2};
+    const DepthRange range = peeler::depthRange(*bounds, view.camera_to_world);
+    const double farthest = std::max(std::min(range.farthest, view.projection.far), 1e-6);
+    const double nearest = std::max({range.nearest, view.projection.near, 1e-4 * farthest});
+    return {static_cast<float>(nearest), static_cast<float>(std::max(farthest, 1.001 * nearest))};
 }
 
 gl::PassState SceneRasterizer::passState(GLuint framebuffer, const Window& area) const {

@@ -2,6 +2,7 @@
 // The scene rasteriser: draws the scene into a raster tile with a given fragment shader.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string_view>
 #include <vector>
@@ -59,6 +60,9 @@ class SceneRasterizer {
     bool bounded() const { return pass_context_.settings.surfaces != Surfaces::kAll; }
     HitMode hitMode() const { return pass_context_.settings.hit_mode; }
     bool floatColor() const { return pass_context_.settings.color_type == PixelType::kFloat; }
+    /// Returns the least and the greatest distance of the scene along the viewing axis, within the
+    /// near and far planes.
+    std::array<float, 2> depthRange() const;
     /// Whether opacity is coloured.
     bool tinted() const { return pass_context_.settings.tinted; }
     const gl::Functions& functions() const { return context_.functions(); }

@@ -177,7 +177,7 @@ enum class Blend : std::uint8_t {
 };
 
 /// The maximum number of colour attachments of a pass.
-inline constexpr std::size_t kMaxAttachments = 5;
+inline constexpr std::size_t kMaxAttachments = 8;
 
 /// All fixed-function state that a geometry pass depends on. Every pass sets all of it, so that no
 /// state is inherited from an earlier pass.

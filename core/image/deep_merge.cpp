@@ -84,9 +84,13 @@ void resizeLike(const FragmentArray& like, std::size_t fragments, FragmentArray&
 
 std::string deepMergeText(const DeepMergeSettings& settings) {
     constexpr const char* kNames[] = {"off", "exact", "by-id", "by-z"};
-    if (settings.mode == DeepMerge::kOff) return "";
+    if (!settings.merges()) return "";
     std::ostringstream text;
     text.imbue(std::locale::classic());
+    if (settings.error > 0) {
+        text << "error " << settings.error << (settings.keep_ids ? " keep id" : "");
+        return text.str();
+    }
     text << kNames[static_cast<std::size_t>(settings.mode)];
     if (settings.mode != DeepMerge::kExact) text << " z " << settings.z_tolerance;
     if (settings.mode == DeepMerge::kById) text << " alpha " << settings.alpha_tolerance;

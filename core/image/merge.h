@@ -38,7 +38,8 @@ void mergeByDepth(std::span<const LayeredImage> elements, const Window& window,
 
 // Defined in deep_merge.cpp: fewer samples with the same composite.
 
-/// Returns the settings in words, such as "by-z z 0.1"; "" if samples are not merged.
+/// Returns the settings in words, such as "by-z z 0.1" or "error 0.001"; "" if samples are not
+/// merged.
 std::string deepMergeText(const DeepMergeSettings& settings);
 
 /// Copies the rows [y0, y1) of `image`, merging each run of successive matching samples into one

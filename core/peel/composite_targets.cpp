@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/peel/composite_targets.h"
 
+#include <bit>
 #include <string>
 
 #include "shaders/interface.glsl"
@@ -21,7 +22,10 @@ constexpr Attachment kAttachments[] = {{CompositeTargets::kFront, Blend::kUnder,
                                        {CompositeTargets::kTail, Blend::kAdd, 16},
                                        {CompositeTargets::kTail, Blend::kAdd, 4},
                                        {CompositeTargets::kBackOpacity, Blend::kOverByItself, 16},
-                                       {CompositeTargets::kTailOpacity, Blend::kAdd, 16}};
+                                       {CompositeTargets::kTailOpacity, Blend::kAdd, 16},
+                                       {CompositeTargets::kCoverage, Blend::kOverByItself, 16},
+                                       {CompositeTargets::kMoments, Blend::kAdd, 16},
+                                       {CompositeTargets::kMoments, Blend::kAdd, 4}};
 
 }  // namespace
 
@@ -53,6 +57,9 @@ void CompositeTargets::begin(SceneRasterizer& rasterizer, const Window& area, un
     make(tail_count_, kTail, GL_R32F);
     make(back_opacity_, kBackOpacity, GL_RGBA32F);
     make(tail_opacity_, kTailOpacity, GL_RGBA32F);
+    make(coverage_, kCoverage, GL_RGBA32F);
+    make(moments_, kMoments, GL_RGBA32F);
+    make(absorbance_, kMoments, GL_R32F);
     parts_ = parts;
 
     const GLuint all = framebuffer(rasterizer, parts);
@@ -69,6 +76,8 @@ std::vector<GLuint> CompositeTargets::textures(unsigned parts) const {
     if (parts & kTail) names.insert(names.end(), {tail_sum_.name(), tail_count_.name()});
     if (parts & kBackOpacity) names.push_back(back_opacity_.name());
     if (parts & kTailOpacity) names.push_back(tail_opacity_.name());
+    if (parts & kCoverage) names.push_back(coverage_.name());
+    if (parts & kMoments) names.insert(names.end(), {moments_.name(), absorbance_.name()});
     return names;
 }
 
@@ -98,17 +107,44 @@ int CompositeTargets::addTail(SceneRasterizer& rasterizer, const Window& area,
     return 1;
 }
 
-int CompositeTargets::addFragments(SceneRasterizer& rasterizer, const Window& area) {
-    const unsigned parts = withOpacity(kTail, rasterizer.tinted());
-    rasterizer.draw({.fragment_shader = "accumulate.frag",
-                     .shades = true,
-                     .draws = rasterizer.bounded() ? Draws::kBlended : Draws::kAll,
-                     .framebuffer = framebuffer(rasterizer, parts),
-                     .blend = blending(parts)},
-                    area);
+/// Draws all fragments, or those in front of the opaque bound, into these parts.
+int CompositeTargets::addWith(SceneRasterizer& rasterizer, const Window& area, GeometryPass pass,
+                              unsigned parts) {
+    parts = withOpacity(parts, rasterizer.tinted());
+    pass.shades = true;
+    pass.draws = rasterizer.bounded() ? Draws::kBlended : Draws::kAll;
+    pass.framebuffer = framebuffer(rasterizer, parts);
+    pass.blend = blending(parts);
+    rasterizer.draw(pass, area);
     // Makes the depths visible to later passes.
     rasterizer.functions().MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
     return 1;
+}
+
+int CompositeTargets::addFragments(SceneRasterizer& rasterizer, const Window& area) {
+    return addWith(rasterizer, area, {.fragment_shader = "accumulate.frag"}, kTail);
+}
+
+int CompositeTargets::addDepthWeighted(SceneRasterizer& rasterizer, const Window& area) {
+    return addWith(rasterizer, area,
+                   {.fragment_shader = "accumulate.frag", .definitions = "DEPTH_WEIGHTS"},
+                   kTail | kCoverage);
+}
+
+int CompositeTargets::addMomentWeighted(SceneRasterizer& rasterizer, const Window& area) {
+    const auto& gl = rasterizer.functions();
+    const auto [nearest, farthest] = rasterizer.depthRange();
+    const ShaderArgument range{{std::bit_cast<int>(nearest), std::bit_cast<int>(farthest), 0, 0}};
+    const int passes =
+        addWith(rasterizer, area, {.fragment_shader = "moments.frag", .argument = range},
+                kCoverage | kMoments);
+    gl.BindTextureUnit(PEELER_MOMENTS_UNIT, moments_.name());
+    gl.BindTextureUnit(PEELER_ABSORBANCE_UNIT, absorbance_.name());
+    return passes + addWith(rasterizer, area,
+                            {.fragment_shader = "accumulate.frag",
+                             .definitions = "MOMENT_WEIGHTS",
+                             .argument = range},
+                            kTail);
 }
 
 /// Draws fragments into the back: blended over its contents if `blended`, otherwise overwriting
@@ -160,7 +196,8 @@ void CompositeTargets::resolve(SceneRasterizer& rasterizer, const Window& area,
     if (parts_ & kFront) all += " FRONT";
     if (parts_ & kBack) all += " BACK";
     if (parts_ & kTail) all += " TAIL";
-    gl.BindTextureUnit(PEELER_FRONT_UNIT, front_.name());
+    if (parts_ & kCoverage) all += " COVERAGE";
+    gl.BindTextureUnit(PEELER_FRONT_UNIT, (parts_ & kCoverage) ? coverage_.name() : front_.name());
     gl.BindTextureUnit(PEELER_BACK_UNIT, back_.name());
     gl.BindTextureUnit(PEELER_TAIL_SUM_UNIT, tail_sum_.name());
     gl.BindTextureUnit(PEELER_TAIL_COUNT_UNIT, tail_count_.name());

@@ -23,7 +23,9 @@ class CompositeTargets {
         kTail = 4,   ///< RGBA sum of premultiplied colours, and the fragment count
         // Opacity per channel, if opacity is coloured.
         kBackOpacity = 8,
-        kTailOpacity = 16
+        kTailOpacity = 16,
+        kCoverage = 32,  ///< exact opacity per channel of all fragments in the tail
+        kMoments = 64    ///< moments of absorbance over depth (shaders/moments.glsl)
     };
     static std::uint64_t bytes(unsigned parts, std::uint64_t tile_pixels);
 
@@ -34,7 +36,8 @@ class CompositeTargets {
     void begin(SceneRasterizer& rasterizer, const Window& area, unsigned parts);
 
     /// Returns a framebuffer that has these parts as attachments, in the order of Part. The tail
-    /// has two attachments: its sum, then its count.
+    /// has two attachments: its sum, then its count; the moments, too: of the powers 1 to 4, then
+    /// 0.
     GLuint framebuffer(const SceneRasterizer& rasterizer, unsigned parts);
     std::vector<GLuint> textures(unsigned parts) const;
     /// Returns the blend modes for a framebuffer with these parts. The first `first` attachments
@@ -49,6 +52,9 @@ class CompositeTargets {
     /// Adds all fragments to the tail's sums, in one geometry pass. With an opaque bound, adds only
     /// the fragments in front of it.
     int addFragments(SceneRasterizer& rasterizer, const Window& area);
+    /// Like addFragments(), but weights the fragments (weighted_blended.cpp, moment_based.cpp).
+    int addDepthWeighted(SceneRasterizer& rasterizer, const Window& area);
+    int addMomentWeighted(SceneRasterizer& rasterizer, const Window& area);
     /// Blends over the back, in draw order, the same fragments that addFragments() takes. Needs one
     /// geometry pass, or two if opacity is coloured.
     int blendUnsorted(SceneRasterizer& rasterizer, const Window& area);
@@ -63,9 +69,11 @@ class CompositeTargets {
     void resolve(SceneRasterizer& rasterizer, const Window& area, const char* definitions = "");
 
   private:
+    int addWith(SceneRasterizer& rasterizer, const Window& area, GeometryPass pass, unsigned parts);
     int drawUnsorted(SceneRasterizer& rasterizer, const Window& area, Draws draws, bool blended);
 
-    gl::Texture front_, back_, tail_sum_, tail_count_, back_opacity_, tail_opacity_;
+    gl::Texture front_, back_, tail_sum_, tail_count_, back_opacity_, tail_opacity_, coverage_,
+        moments_, absorbance_;
     std::map<unsigned, gl::Framebuffer> framebuffers_;
     unsigned parts_ = 0;
     Window size_;

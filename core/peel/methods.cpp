@@ -16,6 +16,8 @@ std::unique_ptr<CompositeMethod> makeDualComposite();
 std::unique_ptr<CompositeMethod> makeDualMaxComposite();
 std::unique_ptr<CompositeMethod> makeWeightedAverage();
 std::unique_ptr<CompositeMethod> makeWeightedSum();
+std::unique_ptr<CompositeMethod> makeWeightedBlended();
+std::unique_ptr<CompositeMethod> makeMomentBased();
 std::unique_ptr<CompositeMethod> makeUnsorted();
 
 namespace {
@@ -38,6 +40,14 @@ constexpr MethodInfo kMethods[] = {
      nullptr, makeWeightedAverage},
     {"weighted-sum", "order-independent: opacities and colours are added (Meshkin 2007)", nullptr,
      makeWeightedSum},
+    {"weighted-blended",
+     "order-independent: mean colour by opacity and distance, exact opacity (McGuire & Bavoil "
+     "2013)",
+     nullptr, makeWeightedBlended},
+    {"moment-based",
+     "order-independent: colours weighted by four moments of absorbance (Muenstermann et al. "
+     "2018)",
+     nullptr, makeMomentBased},
     {"unsorted", "plain blending in draw order, for comparison", nullptr, makeUnsorted},
 };
 }  // namespace

@@ -17,7 +17,9 @@
 #include <peeler/error.h>
 #include "core/base/parallel.h"
 #include "core/base/stage_times.h"
+#include "core/image/deep_thinning.h"
 #include "core/image/merge.h"
+#include "formats/exr/deep_certificate.h"
 #include "formats/exr/exr_header.h"
 #include "formats/exr/exr_rows.h"
 
@@ -53,7 +55,7 @@ ExrDeepWriter::ExrDeepWriter(std::string path, OutputOptions options)
     : path_(std::move(path)),
       options_(std::move(options)),
       compression_(exrCompressionOf(options_.compression, true)) {
-    if (options_.deep_merge.mode != DeepMerge::kOff)
+    if (options_.deep_merge.merges())
         options_.provenance.deep_merge = deepMergeText(options_.deep_merge);
 }
 
@@ -77,18 +79,36 @@ void ExrDeepWriter::write(LayeredImage&& band) {
     const int end = std::min(band.window.y1, window_.y1);
     for (int y = std::max(band.window.y0, window_.y0); y < end;) {
         const int next = std::min(end, y + rowsInFlight(band, y));
-        if (options_.deep_merge.mode == DeepMerge::kOff) {
-            writeRows(band, y, next);
-        } else {
-            mergeDeepSamples(band, y, next, options_.deep_merge, merged_);
-            writeRows(merged_, y, next);
-        }
+        writeRows(merged(band, y, next), y, next);
         y = next;
     }
     next_row_ = band.window.y1;
 }
 
+/// Returns an image with the rows [y0, y1) of the band, merged or thinned if requested.
+const LayeredImage& ExrDeepWriter::merged(const LayeredImage& band, int y0, int y1) {
+    if (!options_.deep_merge.merges()) return band;
+    if (options_.deep_merge.error > 0) {
+        const StageTimer timer(times_, "thin");
+        source_hash_.add(band, y0, y1);
+        thinDeepSamples(band, y0, y1, options_.deep_merge, merged_, thinning_);
+    } else {
+        mergeDeepSamples(band, y0, y1, options_.deep_merge, merged_);
+    }
+    return merged_;
+}
+
+/// Returns the certificate of the samples so far; "" if they are not thinned.
+std::string ExrDeepWriter::certificate() const {
+    const double error = options_.deep_merge.error;
+    if (!(error > 0)) return options_.provenance.deep_certificate;
+    return DeepCertificate{error, thinning_.largest_error, plan_.fragments_stored, thinning_.after,
+                           source_hash_.text()}
+        .text();
+}
+
 void ExrDeepWriter::open(const LayeredImage& first_band) {
+    options_.provenance.deep_certificate = certificate();
     like_.color = {first_band.color.channels, first_band.color.type, {}};
     for (const FragmentArray& array : first_band.extra)
         like_.extra.push_back({array.channels, array.type, {}});
@@ -207,16 +227,18 @@ void ExrDeepWriter::boundBuffers() {
 }
 
 SinkMemory ExrDeepWriter::memory(const Plan& plan) const {
-    const bool merging = options_.deep_merge.mode != DeepMerge::kOff;
+    const bool merging = options_.deep_merge.merges();
     const std::uint64_t sample = colorNames(plan.tinted).size() * pixelTypeSize(plan.color_type) +
                                  sizeof(float) + plan.channel_bytes;
     const std::uint64_t in_flight =
         std::min<std::uint64_t>(kExrBytesInFlight, plan.fragments_stored * sample);
-    return {merging ? kMostRowsInFlight : 0, kExrCopiesInFlight * in_flight};
+    const std::uint64_t thinning = options_.deep_merge.error > 0 ? kThinSampleBytes : 0;
+    return {merging ? kMostRowsInFlight : 0,
+            kExrCopiesInFlight * in_flight + in_flight / sample * thinning};
 }
 
 void ExrDeepWriter::finish() {
-    const bool merging = options_.deep_merge.mode != DeepMerge::kOff;
+    const bool merging = options_.deep_merge.merges();
     if (!exr_ || fragments_seen_ != plan_.fragments_stored ||
         (merging ? fragments_written_ > fragments_seen_ : fragments_written_ != fragments_seen_)) {
         throw Error(ErrorKind::kInternal,
@@ -247,9 +269,11 @@ void ExrDeepWriter::describeSamples() {
     for (std::size_t part = 0; part < parts_.size(); ++part) {
         exr_->setAttribute(part, "deepImageState", Imf::DeepImageStateAttribute(state));
         exr_->setAttribute(part, kMaxSamples, Imf::IntAttribute(most));
-        if (options_.deep_merge.mode == DeepMerge::kOff) continue;
+        if (!options_.deep_merge.merges()) continue;
         const bool complete = fragments_written_ == plan_.fragments_counted;
         exr_->setAttribute(part, kStored, Imf::StringAttribute(stored));
+        if (options_.deep_merge.error > 0)
+            exr_->setAttribute(part, kDeepCertificate, Imf::StringAttribute(certificate()));
         exr_->setAttribute(part, "peeler:layers", Imf::IntAttribute(most));
         exr_->setAttribute(part, "peeler:complete", Imf::IntAttribute(complete ? 1 : 0));
     }

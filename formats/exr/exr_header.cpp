@@ -20,6 +20,7 @@
 
 #include <peeler/error.h>
 #include "core/base/printable.h"
+#include "formats/exr/deep_certificate.h"
 #include "formats/exr/exr_attributes.h"
 #include "formats/file/json_text.h"
 
@@ -176,6 +177,7 @@ std::vector<PictureAttribute> pictureAttributes(const Plan& plan, const Provenan
     text("peeler:outputHash", provenance.output_hash);
     text("peeler:renderer", provenance.renderer);
     text("peeler:deepMerge", provenance.deep_merge);
+    text(kDeepCertificate, provenance.deep_certificate);
     text("peeler:tile", provenance.tile);
     text("peeler:elements", provenance.elements);
     if (plan.view.known) {

@@ -13,6 +13,8 @@
 #include <peeler/deep_merge.h>
 #include <peeler/output_options.h>
 #include <peeler/sink.h>
+#include "core/image/deep_thinning.h"
+#include "formats/exr/deep_certificate.h"
 #include "formats/exr/exr_band_writer.h"
 #include "formats/exr/exr_chunks.h"
 #include "formats/exr/exr_layout.h"
@@ -89,8 +91,10 @@ class ExrCompositeWriter : public ExrPartsSink {
 /// `deepImageState` is MESSY if the input file has ZBack, else TIDY if no two samples of any pixel
 /// have the same Z, else SORTED. If samples were merged, `peeler:deepMerge` names the method, and
 /// `peeler:fragmentsStored`, `peeler:layers` and `peeler:complete` describe the merged samples;
-/// `peeler:fragmentsStored` may then begin with zeros. The same plan, provenance and pixels produce
-/// the same bytes, whatever the sizes of the bands.
+/// `peeler:fragmentsStored` may then begin with zeros. If they were thinned
+/// (DeepMergeSettings::error), `peeler:deepCertificate` has the bound, the largest error and the
+/// hash of the original. The same plan, provenance and pixels produce the same bytes, whatever the
+/// sizes of the bands.
 class ExrDeepWriter : public Sink {
   public:
     /// Throws Error (kUsage) if deep images cannot have this compression.
@@ -113,6 +117,8 @@ class ExrDeepWriter : public Sink {
 
     void open(const LayeredImage& first_band);
     void check(const LayeredImage& band) const;
+    const LayeredImage& merged(const LayeredImage& band, int y0, int y1);
+    std::string certificate() const;
     int rowsInFlight(const LayeredImage& band, int y) const;
     void writeRows(const LayeredImage& image, int y0, int y1);
     void noteSamples(const LayeredImage& image, int y0, int y1);
@@ -131,6 +137,8 @@ class ExrDeepWriter : public Sink {
     std::unique_ptr<ExrOutput> exr_;
     LayeredImage like_;  ///< the arrays of every band, without pixels
     LayeredImage merged_;
+    DeepSourceHash source_hash_;
+    DeepThinning thinning_;
     int next_row_ = 0;
     std::uint64_t fragments_seen_ = 0, fragments_written_ = 0;
     std::uint32_t most_samples_ = 0;  ///< maximum number of samples in one pixel

@@ -36,7 +36,7 @@ JOB_SCENES = tuple(f"{MODELS}{name}/glTF-Binary/{name}.glb" for name in (
     "SimpleInstancing", "RiggedSimple", "VertexColorTest", "InterpolationTest", "OrientationTest", "TextureSettingsTest",
     "MultiUVTest", "NegativeScaleTest", "Duck", "MetalRoughSpheresNoTextures", "CesiumMan", "TransmissionTest",
     "DamagedHelmet"))
-ALL_METHODS = "a-buffer,front-to-back,two-pass,back-to-front,dual,dual-max,weighted-average,weighted-sum,unsorted"
+ALL_METHODS = "a-buffer,front-to-back,two-pass,back-to-front,dual,dual-max,weighted-average,weighted-sum,weighted-blended,moment-based,unsorted"
 
 HEAD = """# Measurements
 
@@ -91,6 +91,11 @@ SECTIONS: Dict[str, Section] = {
         "Files",
         "`peeler render` encodes and writes 1920x1080 in every form, layout and compression.",
         (("file_sizes.py", "{build}/peeler", GLASSES, "--runs", "2"),)),
+    "deep-error": Section(
+        "Thin deep files",
+        "`peeler convert --deep-error E`, of files with 4 samples a pixel, 1280x720, beside the plain file. Milliseconds are those of "
+        "thinning, encoding and writing; the fastest run.",
+        (("deep_thinning.py", "{build}/peeler", "spheres", "large-spheres", "forest", ENGINE, GLASSES),)),
     "views": Section(
         "Views",
         "PSNR, in linear light, of `peeler view` (1280x720) against a render from a camera that angle beside the file's; inf: "

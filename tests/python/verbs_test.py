@@ -17,7 +17,7 @@ STUB = pathlib.Path(peeler.__file__).with_name("__init__.pyi")
 ELSEWHERE = set(
     "output no_clobber no_mkdir background exposure tone_map as_ no_composite fxaa skip_existing keep_going dry_run layout "
     "dense fill dense_type compress compression deep_merge deep_z_tolerance deep_alpha_tolerance scene include exclude allow_outside ignore_extension "
-    "smooth_normals unit variant environment environment_rotation transmission frames chunk fps backend device require_gpu threads memory "
+    "deep_error deep_keep smooth_normals unit variant environment environment_rotation transmission frames chunk fps backend device require_gpu threads memory "
     "json report progress quiet verbose help manifest normalize cameras camera_convention views around seed distance elevation azimuth clockwise first_view "
     "cameras_out preset shard_member shard_size shard_count".split()
 )

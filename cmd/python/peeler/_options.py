@@ -26,8 +26,8 @@ SCENE = (
 MACHINE = ("device", "backend", "memory", "require_gpu", "threads")
 # Options for writing pictures, for all verbs.
 SAVE = (
-    "as_", "layout", "compression", "no_composite", "deep_merge", "deep_z_tolerance", "deep_alpha_tolerance", "dense",
-    "fill", "dense_type", "compress", "cryptomatte", "background", "exposure", "tone_map", "no_clobber", "no_mkdir",
+    "as_", "layout", "compression", "no_composite", "deep_merge", "deep_z_tolerance", "deep_alpha_tolerance",
+    "deep_error", "deep_keep", "dense", "fill", "dense_type", "compress", "cryptomatte", "background", "exposure", "tone_map", "no_clobber", "no_mkdir",
 )  # fmt: skip
 BAKE_GROUPS = {"Baking"}
 VIEWS = ("around", "distance", "seed", "size", "fov", "near", "far", "animation")

@@ -185,7 +185,7 @@ class Renderer:
         """composite(scene, **keywords) -> Composite
 
         The same picture as layers() followed by flatten(), but without storing layers. method takes 'dual' and so on, and also
-        approximations ('weighted-average', 'weighted-sum', 'unsorted').
+        approximations ('weighted-average', 'weighted-sum', 'weighted-blended', 'moment-based', 'unsorted').
 
         {camera}
         The other keywords are those of layers(), without channels, and tail ('drop', 'blend').

@@ -85,6 +85,19 @@ TEST(OutputOptionsTest, MergingIsForDeepFilesAndNeedsItsTolerances) {
     }
 }
 
+TEST(OutputOptionsTest, ThinningIsForDeepFilesAndNotForMergedOnes) {
+    OutputRequest output;
+    output.options.deep_merge.error = 1.0 / 256;
+    output.given = {"--deep-error", "--deep-keep"};
+    EXPECT_EQ(refusal(output, "deep"), "");
+    EXPECT_EQ(refusal(output, "ldi"), "--deep-error");
+    output.options.deep_merge.mode = DeepMerge::kExact;
+    EXPECT_EQ(refusal(output, "deep"), "--deep-merge");
+    output.options.deep_merge.mode = DeepMerge::kOff;
+    output.given = {"--deep-keep"};
+    EXPECT_EQ(refusal(output, "deep"), "--deep-keep");
+}
+
 TEST(OutputOptionsTest, TheCompositeOfASetNamesItAndDeepImagesHaveNone) {
     OutputRequest output;
     output.path = "out.exr";

@@ -90,8 +90,10 @@ TEST_F(Methods, FrontToBackIsTheSameToTheBit) {
 
 TEST_F(Methods, TakeAsManyGeometryPassesAsPublished) {
     const std::vector<std::pair<std::string, int>> published = {
-        {"a-buffer", 1}, {"front-to-back", 5},    {"two-pass", 10},    {"back-to-front", 5},
-        {"dual", 4},     {"weighted-average", 1}, {"weighted-sum", 1}, {"unsorted", 1}};
+        {"a-buffer", 1},      {"front-to-back", 5}, {"two-pass", 10},
+        {"back-to-front", 5}, {"dual", 4},          {"weighted-average", 1},
+        {"weighted-sum", 1},  {"unsorted", 1},      {"weighted-blended", 1},
+        {"moment-based", 2}};
     for (const auto& [method, passes] : published) {
         EXPECT_EQ(json(scratch_ / "image.png", {"--method", method, "--samples", "1"}).at("passes"),
                   passes)

@@ -245,6 +245,8 @@ TEST(TintedGlass, IsApproximatedInFrontOfTheNearestOpaqueSurface) {
     const std::pair<const char*, glm::vec3> expected[] = {
         {"unsorted", {0.5F, 0.5F, 0.25F}},
         {"weighted-sum", {0.5F, 0.5F, 0.25F}},
+        {"weighted-blended", {0.5F, 0.5F, 0.25F}},
+        {"moment-based", {0.5F, 0.5F, 0.25F}},
         {"weighted-average", {squared(0.5F), squared(0.5F), squared(0.75F)}}};
     for (const auto& [method, through] : expected) {
         CaptureSettings s = tintedSettings();

@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tests deep EXR files written by peeler: compares them with OpenEXR sample by sample, and reads
 // them back with our reader.
+#include <OpenEXR/ImfCompositeDeepScanLine.h>
 #include <OpenEXR/ImfDeepImageStateAttribute.h>
+#include <OpenEXR/ImfDeepScanLineInputFile.h>
+#include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfIntAttribute.h>
 #include <OpenEXR/ImfStandardAttributes.h>
 #include <OpenEXR/ImfStringAttribute.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 
@@ -15,6 +19,7 @@
 #include "core/base/parallel.h"
 #include "formats/exr/cut_window.h"
 #include "formats/exr/damaged_exr.h"
+#include "formats/exr/deep_certificate.h"
 #include "formats/exr/deep_file.h"
 #include "formats/exr/exr_layout.h"
 #include "formats/exr/exr_readers.h"
@@ -216,7 +221,9 @@ TEST_F(ExrDeep, OurReaderReturnsTheSameImage) {
 
 TEST_F(ExrDeep, BytesDoNotDependOnBandsOrThreads) {
     const SyntheticPicture picture = makeRichPicture({.seed = 21, .width = 97, .height = 130});
-    const DeepMergeSettings merges[] = {{}, {DeepMerge::kByZ, 0.4F, 1}};
+    DeepMergeSettings thinning;
+    thinning.error = 1.0 / 16;
+    const DeepMergeSettings merges[] = {{}, {DeepMerge::kByZ, 0.4F, 1}, thinning};
     for (const DeepMergeSettings& merge : merges) {
         setThreadCount(1);
         writeDeep(scratch / "a.exr", picture, {1 << 20}, {.deep_merge = merge});
@@ -279,6 +286,59 @@ TEST_F(ExrDeep, MergedFilesSayWhatIsLeftAndCompositeAlike) {
     for (std::size_t p = 0; p < before.rgba.size(); ++p) {
         for (std::size_t c = 0; c < 4; ++c)
             ASSERT_NEAR(before.rgba[p][c], after.rgba[p][c], 1e-5F);
+    }
+}
+
+/// Composites a deep file with OpenEXR. Returns R, G, B, A of the pixels of a window.
+std::vector<float> compositeWithOpenExr(const fs::path& path, const Window& window) {
+    const auto width = static_cast<std::size_t>(window.width());
+    std::vector<float> rgba(4 * window.pixels());
+    Imf::DeepScanLineInputFile file(path.c_str());
+    Imf::CompositeDeepScanLine composite;
+    composite.addSource(&file);
+    Imf::FrameBuffer buffer;
+    for (std::size_t c = 0; c < 4; ++c)
+        buffer.insert(
+            kColorNames[c],
+            Imf::Slice::Make(Imf::FLOAT, rgba.data() + c,
+                             Imath::Box2i({window.x0, window.y0}, {window.x1 - 1, window.y1 - 1}),
+                             4 * sizeof(float), 4 * sizeof(float) * width));
+    composite.setFrameBuffer(buffer);
+    const Imath::Box2i data = file.header().dataWindow();
+    composite.readPixels(data.min.y, data.max.y);
+    return rgba;
+}
+
+TEST_F(ExrDeep, OpenExrFlattensThinnedFilesWithinTheBound) {
+    const SyntheticPicture picture = makePicture({.seed = 47, .width = 60, .height = 40});
+    const Window& window = picture.image.window;
+    writeDeep(scratch / "all.exr", picture);
+    const std::vector<float> all = compositeWithOpenExr(scratch / "all.exr", window);
+    for (const double error : {1.0 / 256, 1.0 / 16, 0.25}) {
+        DeepMergeSettings settings;
+        settings.error = error;
+        writeDeep(scratch / "thin.exr", picture, {9}, {.deep_merge = settings});
+        const std::vector<float> thin = compositeWithOpenExr(scratch / "thin.exr", window);
+        double worst = 0;
+        for (std::size_t i = 0; i < all.size(); i += 4) {
+            const double scale = std::max({1.0F, all[i], all[i + 1], all[i + 2]});
+            for (std::size_t c = 0; c < 4; ++c)
+                worst = std::max(worst, std::abs(double{all[i + c]} - double{thin[i + c]}) /
+                                            (c < 3 ? scale : 1));
+        }
+        EXPECT_LE(worst, error);
+        const auto opened = openLayered(scratch / "thin.exr");
+        const auto certificate =
+            deepCertificateFrom(opened->info().attributes().at(kDeepCertificate));
+        ASSERT_TRUE(certificate);
+        EXPECT_EQ(certificate->error, error);
+        EXPECT_LE(certificate->largest, error);
+        EXPECT_GE(certificate->largest, worst - 1e-6);
+        EXPECT_EQ(certificate->before, picture.image.fragments());
+        EXPECT_EQ(certificate->after, opened->info().plan.fragments_stored);
+        DeepSourceHash hash;
+        hash.add(picture.image, window.y0, window.y1);
+        EXPECT_EQ(certificate->source, hash.text());
     }
 }
 

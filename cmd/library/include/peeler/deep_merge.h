@@ -21,6 +21,14 @@ struct DeepMergeSettings {
     DeepMerge mode = DeepMerge::kOff;
     float z_tolerance = 0;      ///< used by kById and kByZ
     float alpha_tolerance = 1;  ///< used by kById
+    /// If not 0, thins the samples instead of `mode`, which must be kOff: at every depth of every
+    /// pixel, transmittance changes by at most `error` (0–1), and accumulated premultiplied colour
+    /// by at most `error` times the pixel's largest accumulated colour, or times 1 if it is less.
+    double error = 0;
+    /// With `error`: whether a sample never mixes objects or materials (id.object, id.material).
+    bool keep_ids = false;
+
+    bool merges() const { return mode != DeepMerge::kOff || error > 0; }
 };
 
 }  // namespace peeler::inline v0

@@ -63,7 +63,10 @@ struct Provenance {
     std::string output_hash{};
     std::string renderer{};    ///< GL_RENDERER
     std::string deep_merge{};  ///< method of merging deep samples; "" = not merged
-    std::string tile{};        ///< "2/7": the second of seven strips; "" = not a tile
+    /// The certificate of thinned deep samples, as JSON (formats/README.md, "Attributes"); "" =
+    /// none.
+    std::string deep_certificate{};
+    std::string tile{};  ///< "2/7": the second of seven strips; "" = not a tile
     /// The merged elements as a JSON array (formats/README.md, "Attributes"); "" = none.
     std::string elements{};
     int frame = 0;

@@ -30,6 +30,8 @@ enum class Parameter : std::uint8_t {
     kCompression,
     kConvention,
     kCrop,
+    kDeepError,
+    kDeepKeep,
     kDeepMerge,
     kDense,
     kDevice,
