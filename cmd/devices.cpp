@@ -118,9 +118,7 @@ int listAll(const DevicesOptions& options, Reporter& reporter) {
                     [](const gl::Device& device) { return device.problem.empty(); })) {
         return 0;
     }
-    throw Error(
-        ErrorKind::kDevice, "no GL device can be used", "",
-        "install a driver with OpenGL 4.5: Mesa (libegl1, libgl1-mesa-dri) renders without a GPU");
+    throw Error(ErrorKind::kDevice, "no GL device can be used", "", gl::kInstallDriver);
 }
 
 }  // namespace

@@ -13,11 +13,12 @@ libraries="libgl-dev libegl-dev libopenexr-dev libopenimageio-dev openimageio-to
 test="libgtest-dev libembree-dev openexr libopenvdb-tools python3 python3-numpy python3-scipy python3-pil
     python3-openimageio python3-openvdb python3-meshio clang-format clang-tidy chromium
     chromium-driver python3-selenium python3-yaml locales slurmctld slurmd slurm-client munge parallel
-    debootstrap faketime python3-distributed glslang-tools spirv-tools groff-base mandoc fish zsh dpkg-dev file lintian"
+    debootstrap faketime python3-distributed glslang-tools spirv-tools groff-base mandoc fish zsh dpkg-dev file lintian
+    rpm"
 # Programs that read training data, write meshes, or run arm64 programs. `sh tests/run.sh all` runs them.
 datasets="qemu-user-static python3-opencv python3-torch python3-imageio python3-png colmap meshlab python3-open3d xvfb xauth"
 # Needed by the target `packages`.
-pack="dpkg-dev file"
+pack="dpkg-dev file rpm"
 # Needed by the preset `arm64`, beside arm64's libraries.
 arm64="crossbuild-essential-arm64 qemu-user-static python3"
 # Needed by `sh tests/run.sh coverage`, to count lines.

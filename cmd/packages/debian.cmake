@@ -21,15 +21,20 @@ function(write_documents share name)
     set(folder ${share}/doc/${name})
     file(MAKE_DIRECTORY ${folder})
     file(COPY_FILE ${CMAKE_CURRENT_FUNCTION_LIST_DIR}/copyright ${folder}/copyright)
+    set(who ${CPACK_PACKAGE_CONTACT})
+    if(NOT who MATCHES ">$")
+        string(APPEND who " <>")  # parsers of changelogs need an address
+    endif()
     set(version ${CPACK_PACKAGE_VERSION}-${CPACK_DEBIAN_PACKAGE_RELEASE})
     file(WRITE ${folder}/changelog.Debian "peeler (${version}) unstable; urgency=medium\n\n"
-        "  * Version ${CPACK_PACKAGE_VERSION}.\n\n -- ${CPACK_PACKAGE_CONTACT}  ${date}\n")
+        "  * Version ${CPACK_PACKAGE_VERSION}.\n\n -- ${who}  ${date}\n")
     run(gzip -9nf ${folder}/changelog.Debian)
 endfunction()
 
 set(usr ${CPACK_TEMPORARY_DIRECTORY})
 set(program ${usr}/command/usr)
-set(packages command=peeler library=libpeeler0 development=libpeeler-dev python=python3-peeler)
+set(packages command=peeler documents=peeler-doc library=libpeeler0 development=libpeeler-dev
+    python=python3-peeler)
 foreach(package IN LISTS packages)
     string(REGEX MATCH "^(.*)=(.*)$" package ${package})
     if(IS_DIRECTORY ${usr}/${CMAKE_MATCH_1})
@@ -58,5 +63,24 @@ else()
     # The folder lib had only the modules.
     file(REMOVE_RECURSE ${program}/lib)
 endif()
+# What is loaded only when it is needed recommends its libraries, and the rest requires them. CPack
+# can only require the libraries of all files.
+set(loaded)
+foreach(name IN LISTS CPACK_PEELER_OPTIONAL)
+    list(APPEND loaded -e ${CPACK_PEELER_LIBDIR}/peeler/${name})
+endforeach()
+file(MAKE_DIRECTORY ${usr}/library/usr/debian)  # dpkg-shlibdeps reads a file of this folder
+file(WRITE ${usr}/library/usr/debian/control "Source: peeler\n\nPackage: libpeeler0\nArchitecture: any\n")
+execute_process(COMMAND dpkg-shlibdeps --ignore-missing-info -O
+    -e ${CPACK_PEELER_LIBDIR}/libpeeler.so.${CPACK_PACKAGE_VERSION}
+    -e ${CPACK_PEELER_LIBDIR}/peeler/peeler_decode -dRecommends ${loaded}
+    WORKING_DIRECTORY ${usr}/library/usr OUTPUT_VARIABLE found ERROR_QUIET COMMAND_ERROR_IS_FATAL ANY)
+file(REMOVE_RECURSE ${usr}/library/usr/debian)
+foreach(field Depends Recommends)
+    string(TOUPPER CPACK_DEBIAN_LIBRARY_PACKAGE_${field} variable)
+    string(REGEX MATCH "shlibs:${field}=([^\n]*)" libraries ${found})
+    list(APPEND ${variable} ${CMAKE_MATCH_1})
+    list(JOIN ${variable} ", " ${variable})
+endforeach()
 # The umask of the build must not affect the packages.
 run(chmod -R u+rwX,go+rX,go-w ${usr})

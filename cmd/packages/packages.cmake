@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 # Packages for users who do not build peeler: `cmake --build build/release --target packages` writes
-# four Debian packages, an archive and a wheel to build/release/packages.
-set(PEELER_MAINTAINER "peeler maintainers <maintainers@peeler.example>" CACHE STRING
-    "Who answers for the Debian packages that are made here")
+# Debian packages, an archive, a wheel and (if there is rpmbuild) an RPM package to
+# build/release/packages.
+set(PEELER_MAINTAINER "the authors of peeler" CACHE STRING
+    "Who answers for the Debian packages that are made here: NAME, or NAME <ADDRESS>")
+set(PEELER_DOWNLOADS "" CACHE STRING "Address where these packages are published: their home page")
 
 # The archive's bin/peeler, which chooses a C library and starts a program with it.
 add_executable(peeler_launcher EXCLUDE_FROM_ALL ${PROJECT_SOURCE_DIR}/cmd/packages/launcher.cpp)
@@ -21,6 +23,12 @@ endforeach()
 set(packed_python)
 if(TARGET peeler_python)
     set(packed_python ${python_package})
+endif()
+find_program(PEELER_RPMBUILD rpmbuild)
+mark_as_advanced(PEELER_RPMBUILD)
+set(packed_rpm)
+if(PEELER_RPMBUILD AND NOT CMAKE_CROSSCOMPILING)
+    set(packed_rpm ON)
 endif()
 configure_file(${CMAKE_CURRENT_LIST_DIR}/portable_settings.cmake.in
     ${packing}/portable_settings.cmake @ONLY)
@@ -49,7 +57,7 @@ set(CPACK_PACKAGE_DIRECTORY ${packages})
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
 set(CPACK_VERBATIM_VARIABLES ON)
-set(CPACK_COMPONENTS_ALL program manual library development)
+set(CPACK_COMPONENTS_ALL program manual documents library development)
 if(TARGET peeler_python)
     list(APPEND CPACK_COMPONENTS_ALL python)
 endif()
@@ -61,11 +69,14 @@ set(CPACK_COMPONENT_MANUAL_GROUP command)
 set(CPACK_PRE_BUILD_SCRIPTS ${CMAKE_CURRENT_LIST_DIR}/debian.cmake)
 set(CPACK_PEELER_LIBDIR ${CMAKE_INSTALL_LIBDIR})
 set(CPACK_PEELER_MODULES ${peeler_module_folder})
+list(TRANSFORM peeler_modules APPEND .so OUTPUT_VARIABLE CPACK_PEELER_OPTIONAL)
+list(APPEND CPACK_PEELER_OPTIONAL peeler_3mf)
 
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_RELEASE 1)
 set(CPACK_DEBIAN_PACKAGE_SECTION graphics)
+set(CPACK_DEBIAN_PACKAGE_HOMEPAGE "${PEELER_DOWNLOADS}")
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(same_version "(= ${PROJECT_VERSION}-${CPACK_DEBIAN_PACKAGE_RELEASE})")
@@ -76,15 +87,24 @@ set(synopsis "every layer of a glTF scene, headless")
 set(story "peeler renders all surfaces of a glTF scene under every pixel, hidden ones
 included, into layered or deep OpenEXR files, exact composites, arrays and
 points, on a GPU or in software, without a display.")
+configure_file(${CMAKE_CURRENT_LIST_DIR}/rpm.cmake.in ${packing}/rpm.cmake @ONLY)
 
 set(CPACK_DEBIAN_COMMAND_PACKAGE_NAME peeler)
 set(CPACK_COMPONENT_COMMAND_DESCRIPTION "${synopsis}\n${story}")
 # GL is only recommended, because peeler rays and peeler bake work without GL.
 set(CPACK_DEBIAN_COMMAND_PACKAGE_DEPENDS "libpeeler0 ${same_version}")
 set(CPACK_DEBIAN_COMMAND_PACKAGE_RECOMMENDS "libegl1, libgl1-mesa-dri")
-set(CPACK_DEBIAN_COMMAND_PACKAGE_SUGGESTS libosmesa6)
+set(CPACK_DEBIAN_COMMAND_PACKAGE_SUGGESTS "libosmesa6, peeler-doc")
+
+set(CPACK_DEBIAN_DOCUMENTS_PACKAGE_NAME peeler-doc)
+set(CPACK_DEBIAN_DOCUMENTS_PACKAGE_ARCHITECTURE all)
+set(CPACK_DEBIAN_DOCUMENTS_PACKAGE_SHLIBDEPS OFF)
+set(CPACK_DEBIAN_DOCUMENTS_PACKAGE_SECTION doc)
+set(CPACK_COMPONENT_DOCUMENTS_DESCRIPTION "${synopsis} (guide and examples)
+${story}\n.\nThis package holds the guide, and scenes, readers and scheduler scripts.")
 
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_NAME libpeeler0)
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_SHLIBDEPS OFF)  # debian.cmake finds them
 math(EXPR next_minor "${PROJECT_VERSION_MINOR} + 1")
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_SECTION libs)
 set(CPACK_COMPONENT_LIBRARY_DESCRIPTION "${synopsis} (library)

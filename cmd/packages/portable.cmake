@@ -20,6 +20,20 @@ set(announced "^_ZN10DiRegister[CD][12]Ev$")
 set(linux_x86_64 3.2)
 set(linux_aarch64 3.7)
 
+# make_rpm(ROOT SECONDS): packs the archive's folder, with this date, into an RPM package.
+function(make_rpm root seconds)
+    set(usr ${folder}/rpm)
+    file(MAKE_DIRECTORY ${usr}/bin)
+    file(COPY ${root}/share DESTINATION ${usr} PATTERN doc EXCLUDE)
+    file(CREATE_LINK ../../opt/peeler/bin/peeler ${usr}/bin/peeler SYMBOLIC)
+    execute_process(COMMAND chmod -R u+rwX,go+rX,go-w ${root} ${usr} COMMAND_ERROR_IS_FATAL ANY)
+    execute_process(COMMAND find ${root} ${usr} -exec touch -h -d @${seconds} {} +
+        COMMAND_ERROR_IS_FATAL ANY)
+    execute_process(COMMAND ${CMAKE_COMMAND} -E env SOURCE_DATE_EPOCH=${seconds} ${cpack} -G RPM
+        --config ${rpm_config} -B ${folder} OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
+    file(REMOVE_RECURSE ${usr} ${folder}/_CPack_Packages)
+endfunction()
+
 set(root ${folder}/${name})
 file(REMOVE_RECURSE ${root})
 foreach(component program manual)
@@ -71,6 +85,9 @@ execute_process(COMMAND ${CMAKE_COMMAND} -E env "XZ_OPT=-6 -T1" LC_ALL=C tar -C 
 if(python_package)
     execute_process(COMMAND ${python} -B ${CMAKE_CURRENT_LIST_DIR}/write_wheel.py ${python_package} ${root}
         ${version} ${processor} ${seconds} ${folder} COMMAND_ERROR_IS_FATAL ANY)
+endif()
+if(rpmbuild)
+    make_rpm(${root} ${seconds})
 endif()
 file(REMOVE_RECURSE ${root})
 file(SIZE ${archive} bytes)

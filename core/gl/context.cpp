@@ -255,8 +255,8 @@ std::unique_ptr<Context> createContext(const ContextRequest& request,
     throw Error(ErrorKind::kDevice, "no usable OpenGL 4.5 device: " + reasons, "",
                 request.require_gpu
                     ? "leave out " + Parameter::kRequireGpu + " to render in software"
-                    : "install Mesa (Debian: libegl1 libgl1-mesa-dri, or libosmesa6); " +
-                          Parameter::kListDevices + " shows every attempt");
+                    : kInstallDriver + std::string("; ") + Parameter::kListDevices +
+                          " shows every attempt");
 }
 
 std::unique_ptr<Context> findGpuContext(std::vector<std::string>* failed_attempts) {

@@ -81,6 +81,11 @@ struct ContextRequest {
     bool operator==(const ContextRequest&) const = default;
 };
 
+/// A hint for a machine without a usable device.
+inline constexpr char kInstallDriver[] =
+    "install a GPU's driver, or Mesa: libegl1 libgl1-mesa-dri (Debian, Ubuntu), mesa-libEGL "
+    "mesa-dri-drivers (Fedora, Rocky), mesa (Arch)";
+
 /// Makes a context current on this thread. Never uses a GPU that CUDA_VISIBLE_DEVICES hides, even
 /// on request. `failed_attempts` (may be null) receives one sentence for each device tried before
 /// the usable one. Throws Error (kDevice) with a list of all attempts or, if the requested device

@@ -99,8 +99,8 @@ void writeVdb(AtomicFile& file, const VdbVoxels& voxels, const std::string& crea
     FileBuffer buffer(file);
     try {
         std::ostream stream(&buffer);
-        reinterpret_cast<VdbModuleFunction*>(moduleFunction(kVdbModule, kVdbModuleFunction))(
-            stream, voxels, creator, threadCount());
+        void* const function = moduleFunction(kVdbModule, kVdbModuleFunction, PEELER_OPENVDB);
+        reinterpret_cast<VdbModuleFunction*>(function)(stream, voxels, creator, threadCount());
         if (!stream && !buffer.failure) {
             throw Error(ErrorKind::kOutput, "OpenVDB could not write the grid", file.path());
         }

@@ -64,13 +64,13 @@ fs::path programFile() {
     return "/proc/self/exe";
 }
 
-void* moduleFunction(const char* module, const char* function) {
+void* moduleFunction(const char* module, const char* function, const char* library) {
     const std::string file = moduleFile(module + std::string(".so"));
     void* const handle = dlopen(file.c_str(), RTLD_LAZY | RTLD_LOCAL);
     if (!handle)
         throw Error(ErrorKind::kInternal,
                     "a part of peeler cannot be loaded: " + std::string(dlerror()), file,
-                    "install the libraries that this file needs");
+                    std::string("install ") + library);
     if (void* address = dlsym(handle, function)) return address;
     throw Error(ErrorKind::kInternal, "a part of peeler has another version", module,
                 "install all of peeler again");

@@ -20,7 +20,8 @@ std::filesystem::path moduleFile(const std::string& name);
 std::filesystem::path programFile();
 
 /// Returns the function that the module exports under this name. Never closes modules. Throws Error
-/// (kInternal) if the module or the function is missing or cannot be loaded. Thread-safe.
-void* moduleFunction(const char* module, const char* function);
+/// (kInternal) if the module or the function is missing or cannot be loaded; its hint is to install
+/// `library`, which the module needs. Thread-safe.
+void* moduleFunction(const char* module, const char* function, const char* library);
 
 }  // namespace peeler

@@ -49,7 +49,7 @@ std::unique_ptr<ImageDecoder> checked(std::unique_ptr<ImageDecoder> decoder) {
 const ImageLibrary& imageLibrary() {
     const std::lock_guard lock(library_mutex);
     if (loaded_library) return *loaded_library;
-    void* const function = moduleFunction(kImageModule, kImageModuleFunction);
+    void* const function = moduleFunction(kImageModule, kImageModuleFunction, PEELER_OPENIMAGEIO);
     loaded_library = reinterpret_cast<ImageModuleFunction*>(function)();
     if (wanted_threads > 0) loaded_library->setThreads(wanted_threads);
     return *loaded_library;

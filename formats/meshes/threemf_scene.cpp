@@ -125,7 +125,7 @@ class ThreeMfReader {
         request.seek(0);
         const HelperRun run{moduleFile("peeler_3mf"),
                             static_cast<int>(kLeastSeconds + size / kBytesASecond), kThreeMfHint,
-                            nullptr, "install the Debian package lib3mf1"};
+                            nullptr, "install " PEELER_LIB3MF};
         return runHelper(run, request);
     }
 

@@ -96,6 +96,10 @@ class Archive(PackedTest):
         (linker,) = (self.unpacked / "lib/glibc").glob("ld-linux*")
         self.assertEqual(needs_of(linker).libraries, set())
 
+    def test_size_and_licences(self):
+        self.assertLessEqual(self.archive.stat().st_size, LARGEST)
+        self.assertGreater(len(list((self.unpacked / "share/doc/peeler/licences").iterdir())), 30)
+
     def test_no_c_library(self):
         """A root that contains nothing else."""
         root = pathlib.Path(self.scratch, "bare")

@@ -2,6 +2,7 @@
 """Tests the Debian packages (cmd/packages). Checks the contents of this build's packages. With PEELER_TEST_ALL, builds
 all packages, checks them by lintian, and uses them in fresh roots (packed.py)."""
 
+import fnmatch
 import json
 import os
 import pathlib
@@ -13,10 +14,15 @@ import tempfile
 import unittest
 
 import debian
+import guide_test
+from documents_test import dead_links
 from packed import ALL, BUILD, MADE, MORE, NEEDED, NOBODY, RENDER, SCENE, PackedTest, run
 from peeler_command import EXAMPLES, SOURCE, PeelerTest, main, peeler
 
 TOOLS = ("cpack", "dpkg-deb", "dpkg-shlibdeps", "file")
+README = (SOURCE / "README.md").read_text(encoding="utf-8")
+# lintian objects to a maintainer without an address.
+OF_THE_MAINTAINER = "malformed-contact,bogus-mail-host-in-debian-changelog"
 
 
 def packages_in(folder):
@@ -52,7 +58,7 @@ class Parts(PeelerTest):
         return run("dpkg-deb", "-f", self.packages[name], field).strip()
 
     def test_packages(self):
-        names = {"peeler", "libpeeler0", "libpeeler-dev"}
+        names = {"peeler", "peeler-doc", "libpeeler0", "libpeeler-dev"}
         if (BUILD / "python/peeler").is_dir():
             names.add("python3-peeler")
         self.assertEqual(set(self.packages), names)
@@ -91,6 +97,44 @@ class Parts(PeelerTest):
             shutil.copytree(self.scratch / name, together, symlinks=True, dirs_exist_ok=True)
         for module in (BUILD / "lib" / "peeler").iterdir():
             self.assertTrue((together / "usr/lib/peeler" / module.name).exists(), module.name)
+
+    def test_guide_and_examples(self):
+        """The package has the examples byte by byte, uncompressed, and documents whose links work."""
+        self.assertEqual(self.field("peeler-doc", "Architecture"), "all")
+        folder = self.scratch / "peeler-doc" / "usr/share/doc/peeler"
+        listed = [
+            path for path in EXAMPLES.rglob("*") if path.is_file() and "__pycache__" not in path.parts
+        ]
+        self.assertGreater(len(listed), 90)
+        for path in listed:
+            packed = folder / path.relative_to(SOURCE)
+            self.assertEqual(packed.read_bytes(), path.read_bytes(), packed)
+        dead = [
+            f"{path.relative_to(folder)}: {what}"
+            for path in folder.rglob("*.md")
+            for what in dead_links(path.read_text(encoding="utf-8"), path)
+            # Sources are only in the repository.
+            if what.endswith((".md", ".png")) or what.startswith("no heading")
+        ]
+        self.assertEqual(dead, [])
+
+    def test_what_is_loaded_when_needed_is_recommended(self):
+        required, recommended = (self.field("libpeeler0", name) for name in ("Depends", "Recommends"))
+        for library in ("libopenimageio", "libopenvdb", "lib3mf"):
+            self.assertNotIn(library, required)
+            self.assertIn(library, recommended)
+        for library in ("libopenexr", "libtinygltf", "libc6"):
+            self.assertIn(library, required)
+
+    def test_the_readme_names_the_packages(self):
+        (block,) = (block for block in guide_test.blocks(README) if "pip install" in block.text)
+        named = re.findall(r"(?<![\w/])(?:\./)?(\w[\w.-]*\*[\w.*-]*)", block.text)
+        name = re.search(r'^set\(name "(.*)"\)', (BUILD / "packing/portable_settings.cmake").read_text(), re.M)
+        others = [f"{name[1]}.tar.xz", f"{name[1].partition('-linux')[0]}-py3-none-manylinux.whl"]
+        made = [*(file.name for file in self.packages.values()), *others]
+        self.assertGreater(len(named), 4)
+        for pattern in named:
+            self.assertTrue(fnmatch.filter(made, pattern), pattern)
 
     def test_python(self):
         """One package serves all architectures and runs the program."""
@@ -212,7 +256,7 @@ class Roots(PackedTest):
         if not shutil.which("lintian"):
             self.skipTest("no lintian")
         done = subprocess.run(
-            ["lintian", "--fail-on", "error", *map(str, self.packages.values())],
+            ["lintian", "--fail-on", "error", "--suppress-tags", OF_THE_MAINTAINER, *map(str, self.packages.values())],
             text=True,
             check=False,
             stdout=subprocess.PIPE,
@@ -225,6 +269,8 @@ class Roots(PackedTest):
         root = self.root("packages", "libegl1", "libgl1-mesa-dri")
         self.install(root, *self.files(*self.packages))
         self.assertEqual(run("chroot", root.root, "sh", "-c", "command -v c++ cc || true"), "")
+        self.follows_the_readme(root)
+        self.install(root, *self.recommended(root))
         self.renders_the_same(root)
         if "python3-peeler" in self.packages:
             code = "import peeler; print(peeler.Scene('/work/coincident.glb'), peeler.__version__)"
@@ -241,6 +287,41 @@ class Roots(PackedTest):
         self.assertEqual(left, [])
         found = self.run_in(root, "find", "/usr", "/etc", "/var", "/opt", "/root", "-name", "*peeler*")
         self.assertEqual(found, "")
+
+    def follows_the_readme(self, root):
+        """Runs the README's commands without the recommended libraries, in a folder with the installed examples."""
+        root.folder = "/work"
+        self.run_in(root, "cp", "-r", "/usr/share/doc/peeler/examples", ".", user=NOBODY)
+        commands = [block.text for block in guide_test.blocks(README) if block.language == guide_test.RUN]
+        self.assertGreater(len(commands), 1)
+        for block in commands:
+            self.run_in(root, "sh", "-eu", "-c", block, user=NOBODY)
+        root.folder = "/"
+
+    def recommended(self, root):
+        """Returns the packages that must be installed, according to the errors of commands that need them."""
+        root.folder, packages = "/work", []
+        self.run_in(root, "peeler", *RENDER, user=NOBODY)
+        for arguments, made in zip(MORE, MADE[1:]):
+            done = root.run(("peeler", *arguments), user=NOBODY)
+            self.assertEqual(done.returncode, 1, done.stdout)
+            packages.append(re.search(r"hint: install \w+ \(Debian: (\S+)\)", done.stdout)[1])
+            self.assertFalse(os.path.exists(f"{root.root}/work/{made}"))
+        root.folder = "/"
+        return packages
+
+    def test_rpm(self):
+        found = list(self.made.glob("*.rpm"))
+        if not found:
+            self.skipTest("no rpmbuild when the packages were made")
+        root = self.root("rpm", "libegl1", "libgl1-mesa-dri")
+        needed = run("rpm", "-qp", "--requires", found[0]).splitlines()
+        self.assertEqual([line for line in needed if not line.startswith("rpmlib(")], [])
+        run("rpm", "-i", "--root", root.root, "--nosignature", found[0])
+        self.renders_the_same(root)
+        self.assertTrue(os.path.exists(f"{root.root}/usr/share/man/man1/peeler-render.1"))
+        run("rpm", "-e", "--root", root.root, "peeler")
+        self.assertEqual(self.run_in(root, "find", "/usr", "/opt", "-name", "*peeler*"), "")
 
     def test_library(self):
         tools = ("g++", "cmake", "make", "pkg-config", "libegl-dev", "libegl1", "libgl1-mesa-dri")

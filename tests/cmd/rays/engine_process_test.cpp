@@ -91,6 +91,9 @@ TEST_F(GlThatDoesNotOpen, IsToldOfToThoseWhoAsk) {
         EXPECT_EQ(refused.exit_code, 5) << gl.front() << ": " << refused.err;
         EXPECT_TRUE(contains(refused.err, "no usable OpenGL")) << refused.err;
     }
+    const CommandResult refused = run(line, {"--engine", "gl"});
+    for (const char* packages : {"libegl1 libgl1-mesa-dri (Debian", "mesa-libEGL", "mesa (Arch)"})
+        EXPECT_TRUE(contains(refused.err, packages)) << refused.err;
 }
 
 /// A root folder that contains only the program, the libraries that it is linked to, and a scene.
