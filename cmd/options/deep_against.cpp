@@ -61,7 +61,7 @@ void compareBands(const LayeredImage& image, const LayeredImage& original, DeepA
     });
 }
 
-std::string numberText(double value) {
+std::string sixDigits(double value) {
     std::array<char, 32> text{};
     std::snprintf(text.data(), text.size(), "%.6g", value);
     return text.data();
@@ -71,13 +71,13 @@ std::string numberText(double value) {
 
 std::string DeepAgainst::text() const {
     std::string text =
-        "differs from " + printable(path, kMostOfName) + " by at most " + numberText(worst.error);
+        "differs from " + printable(path, kMostOfName) + " by at most " + sixDigits(worst.error);
     if (worst.error > 0)
         text += " (" + std::string(deepChannelName(worst.component, tinted)) + " at pixel " +
-                std::to_string(x) + ", " + std::to_string(y) + ", depth " + numberText(worst.z) +
+                std::to_string(x) + ", " + std::to_string(y) + ", depth " + sixDigits(worst.z) +
                 ")";
     if (!certificate) return text;
-    text += "; certified: " + numberText(certificate->error);
+    text += "; certified: " + sixDigits(certificate->error);
     return text + (is_original ? "" : ", for another original");
 }
 

@@ -19,7 +19,7 @@ namespace {
 
 using Rgba = std::array<float, 4>;
 constexpr Rgba kPaper{0.9F, 0.9F, 0.9F, 1}, kOriginal{0.35F, 0.35F, 0.35F, 1},
-    kThin{0.9F, 0.2F, 0.0F, 1}, kFrame{0.6F, 0.6F, 0.6F, 1};
+    kThin{0.9F, 0.2F, 0.0F, 1}, kPlotFrame{0.6F, 0.6F, 0.6F, 1};
 constexpr int kMargin = 6;  // pixels around the plot
 
 SheetCell compositeOf(const std::string& path, const SheetRequest& request, Reporter& reporter) {
@@ -72,8 +72,8 @@ class Plot {
         }
     }
     void drawFrame() {
-        fill(0, height_, width_, height_ + 1, kFrame);
-        fill(-1, 0, 0, height_ + 1, kFrame);
+        fill(0, height_, width_, height_ + 1, kPlotFrame);
+        fill(-1, 0, 0, height_ + 1, kPlotFrame);
     }
 
   private:

@@ -160,7 +160,8 @@ bool readValue(const draco::PointAttribute& attribute, const Dequantization& deq
         return attribute.ConvertValue<Number>(place, static_cast<std::int8_t>(components), values);
     if constexpr (std::is_same_v<Number, float>) {
         std::int32_t quantized[4] = {};
-        if (!attribute.ConvertValue<std::int32_t>(place, attribute.num_components(), quantized))
+        if (!attribute.ConvertValue<std::int32_t>(
+                place, static_cast<std::int8_t>(attribute.num_components()), quantized))
             return false;
         dequantized(quantized, values);
         return true;
