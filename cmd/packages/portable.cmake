@@ -29,8 +29,8 @@ function(make_rpm root seconds)
     execute_process(COMMAND chmod -R u+rwX,go+rX,go-w ${root} ${usr} COMMAND_ERROR_IS_FATAL ANY)
     execute_process(COMMAND find ${root} ${usr} -exec touch -h -d @${seconds} {} +
         COMMAND_ERROR_IS_FATAL ANY)
-    execute_process(COMMAND ${CMAKE_COMMAND} -E env SOURCE_DATE_EPOCH=${seconds} ${cpack} -G RPM
-        --config ${rpm_config} -B ${folder} OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
+    execute_process(COMMAND sh -c "umask 022 && SOURCE_DATE_EPOCH=${seconds} exec \"$@\"" sh
+        ${cpack} -G RPM --config ${rpm_config} -B ${folder} OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
     file(REMOVE_RECURSE ${usr} ${folder}/_CPack_Packages)
 endfunction()
 
