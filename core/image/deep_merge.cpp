@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <locale>
 #include <sstream>
 #include <string>
@@ -13,6 +12,7 @@
 #include <peeler/layered_image.h>
 #include "core/base/parallel.h"
 #include "core/image/composite.h"
+#include "core/image/fragment_copies.h"
 
 namespace peeler {
 namespace {
@@ -68,18 +68,6 @@ std::size_t runEnd(const Matcher& together, std::size_t first, std::size_t end) 
     return next;
 }
 
-void copyFragment(const FragmentArray& from, std::size_t source, FragmentArray& to,
-                  std::size_t target) {
-    std::memcpy(to.data.data() + target * to.stride(), from.data.data() + source * from.stride(),
-                from.stride());
-}
-
-void resizeLike(const FragmentArray& like, std::size_t fragments, FragmentArray& array) {
-    array.channels = like.channels;
-    array.type = like.type;
-    array.data.resize(fragments * like.stride());
-}
-
 }  // namespace
 
 std::string deepMergeText(const DeepMergeSettings& settings) {
@@ -115,22 +103,14 @@ void mergeDeepSamples(const LayeredImage& image, int y0, int y1, const DeepMerge
     for (std::size_t p = 1; p < out.offsets.size(); ++p)
         out.offsets[p] += out.offsets[p - 1];
 
-    const std::size_t fragments = out.offsets.back();
-    out.z.resize(fragments);
-    resizeLike(image.color, fragments, out.color);
-    out.extra.resize(image.extra.size());
-    for (std::size_t i = 0; i < image.extra.size(); ++i)
-        resizeLike(image.extra[i], fragments, out.extra[i]);
+    resizeFragments(image, out.offsets.back(), out);
     parallelFor(height, [&](std::size_t row) {
         for (std::size_t p = row * width; p < (row + 1) * width; ++p) {
             const std::size_t end = image.offsets[base + p + 1];
             std::size_t target = out.offsets[p];
             for (std::size_t f = image.offsets[base + p]; f < end; ++target) {
                 const std::size_t next = runEnd(together, f, end);
-                out.z[target] = image.z[f];
-                copyFragment(image.color, f, out.color, target);
-                for (std::size_t i = 0; i < image.extra.size(); ++i)
-                    copyFragment(image.extra[i], f, out.extra[i], target);
+                copyFragments(image, f, out, target, 1);
                 if (next > f + 1) {
                     TintedColor color = tintedColorOf(image, f);
                     for (++f; f < next; ++f)

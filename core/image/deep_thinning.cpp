@@ -5,11 +5,9 @@
 #include <Imath/half.h>
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <optional>
 #include <span>
@@ -21,6 +19,7 @@
 #include "core/base/parallel.h"
 #include "core/image/composite.h"
 #include "core/image/deep_curve.h"
+#include "core/image/fragment_copies.h"
 
 namespace peeler {
 namespace {
@@ -473,27 +472,6 @@ double PixelThinner::error() {
     return largestDifference(stored_, curve_).error;
 }
 
-void copyFragments(const FragmentArray& from, std::size_t source, FragmentArray& to,
-                   std::size_t target, std::size_t count) {
-    std::memcpy(to.data.data() + target * to.stride(), from.data.data() + source * from.stride(),
-                count * from.stride());
-}
-
-void copyFragments(const LayeredImage& image, std::size_t source, LayeredImage& out,
-                   std::size_t target, std::size_t count) {
-    if (count == 0) return;
-    std::memcpy(&out.z[target], &image.z[source], count * sizeof(float));
-    copyFragments(image.color, source, out.color, target, count);
-    for (std::size_t i = 0; i < image.extra.size(); ++i)
-        copyFragments(image.extra[i], source, out.extra[i], target, count);
-}
-
-void resizeLike(const FragmentArray& like, std::size_t fragments, FragmentArray& array) {
-    array.channels = like.channels;
-    array.type = like.type;
-    array.data.resize(fragments * like.stride());
-}
-
 /// A sample of the result, as stored.
 struct StoredSample {
     explicit StoredSample(const ThinSample& thin)
@@ -616,14 +594,6 @@ void RowThinner::store(const StoredSample& sample, std::size_t target) const {
     std::ranges::copy(sample.opacity, color.begin() + 4);
     color[3] = meanOpacity(color[4], color[5], color[6]);
     storeColor(color, out_.color, target);
-}
-
-void resizeFragments(const LayeredImage& like, std::size_t fragments, LayeredImage& out) {
-    out.z.resize(fragments);
-    resizeLike(like.color, fragments, out.color);
-    out.extra.resize(like.extra.size());
-    for (std::size_t i = 0; i < like.extra.size(); ++i)
-        resizeLike(like.extra[i], fragments, out.extra[i]);
 }
 
 }  // namespace
