@@ -2,12 +2,11 @@
 #include "cmd/check/check_text.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "cmd/check/part_report.h"
+#include "cmd/cli/report.h"
 #include "core/base/printable.h"
 
 namespace peeler::cmd {
@@ -121,9 +120,7 @@ class Units {
     std::string number(double value, int power) const {
         for (int i = 0; i < power; ++i)
             value *= unit_.per_scene_unit;
-        std::array<char, 64> text{};
-        std::snprintf(text.data(), text.size(), "%.6g", value);
-        return text.data();
+        return numberText(value);
     }
 
     ShownUnit unit_;

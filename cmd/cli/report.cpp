@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cmd/cli/report.h"
 
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
@@ -269,9 +270,7 @@ std::string windowText(const Window& window) {
 }
 
 std::string stopsText(float stops) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%g", static_cast<double>(stops));
-    return text;
+    return numberText(static_cast<double>(stops));
 }
 
 std::string groupedText(std::uint64_t value) {
@@ -281,6 +280,12 @@ std::string groupedText(std::uint64_t value) {
         text.insert(at, 1, ',');
     }
     return text;
+}
+
+std::string numberText(double value, int digits) {
+    std::array<char, 64> text{};
+    std::snprintf(text.data(), text.size(), "%.*g", digits, value);
+    return text.data();
 }
 
 std::string bytesText(std::uint64_t bytes) {

@@ -164,6 +164,9 @@ std::string stopsText(float stops);
 /// Returns a number with grouped digits: "7,123,456".
 std::string groupedText(std::uint64_t value);
 
+/// Returns a number with at most `digits` significant digits: "0.00390625", "1.5e-09".
+std::string numberText(double value, int digits = 6);
+
 /// Returns a size in bytes as text: "12.3 MB".
 std::string bytesText(std::uint64_t bytes);
 

@@ -18,7 +18,7 @@ Json number(double value) {
     return value > 0 ? "inf" : "-inf";
 }
 
-std::string numberText(const char* format, double value) {
+std::string cellText(const char* format, double value) {
     char text[48];
     std::snprintf(text, sizeof text, format, value);
     return text;
@@ -55,12 +55,12 @@ Json toJson(const ComparedFile& file) {
 constexpr std::size_t kNameWidth = 9, kColumn = 9, kCounts = 3, kDepths = 3;
 
 std::string depthCells(const DifferenceStatistics& depth) {
-    return numberText(" %8.3g", depth.largest) + numberText(" %8.3g", depth.mean()) +
-           numberText(" %8.3g", depth.rmse());
+    return cellText(" %8.3g", depth.largest) + cellText(" %8.3g", depth.mean()) +
+           cellText(" %8.3g", depth.rmse());
 }
 
 std::string colorCells(const DifferenceStatistics& color) {
-    return depthCells(color) + numberText(" %7.2f\n", color.psnr());
+    return depthCells(color) + cellText(" %7.2f\n", color.psnr());
 }
 
 std::string row(std::string name, const FragmentDifference& fragments) {
@@ -136,8 +136,8 @@ std::vector<ThresholdResult> judge(const Comparison& comparison, const Threshold
 }
 
 std::string toText(const ThresholdResult& result) {
-    return "beyond " + result.option + numberText(" %g", result.limit) + ": the " + result.what +
-           " is " + numberText("%.6g", result.found);
+    return "beyond " + result.option + ' ' + numberText(result.limit) + ": the " + result.what +
+           " is " + numberText(result.found);
 }
 
 std::string toText(const Comparison& comparison, const std::optional<HeatmapResult>& heatmap) {
@@ -157,8 +157,7 @@ std::string toText(const Comparison& comparison, const std::optional<HeatmapResu
     if (comparison.identical()) text += "identical\n";
     if (heatmap) {
         text += "heat map: " + printable(heatmap->path, kMostOfLine) +
-                ", colour difference 0 (black) to" + numberText(" %g", heatmap->color) +
-                " (yellow)";
+                ", colour difference 0 (black) to " + numberText(heatmap->color) + " (yellow)";
         if (heatmap->count != 0) {
             text += "; blue to cyan: counts differ by up to " + std::to_string(heatmap->count);
         }

@@ -2,8 +2,6 @@
 #include "cmd/options/deep_against.h"
 
 #include <algorithm>
-#include <array>
-#include <cstdio>
 #include <memory>
 #include <mutex>
 
@@ -61,23 +59,17 @@ void compareBands(const LayeredImage& image, const LayeredImage& original, DeepA
     });
 }
 
-std::string sixDigits(double value) {
-    std::array<char, 32> text{};
-    std::snprintf(text.data(), text.size(), "%.6g", value);
-    return text.data();
-}
-
 }  // namespace
 
 std::string DeepAgainst::text() const {
     std::string text =
-        "differs from " + printable(path, kMostOfName) + " by at most " + sixDigits(worst.error);
+        "differs from " + printable(path, kMostOfName) + " by at most " + numberText(worst.error);
     if (worst.error > 0)
         text += " (" + std::string(deepChannelName(worst.component, tinted)) + " at pixel " +
-                std::to_string(x) + ", " + std::to_string(y) + ", depth " + sixDigits(worst.z) +
+                std::to_string(x) + ", " + std::to_string(y) + ", depth " + numberText(worst.z) +
                 ")";
     if (!certificate) return text;
-    text += "; certified: " + sixDigits(certificate->error);
+    text += "; certified: " + numberText(certificate->error);
     return text + (is_original ? "" : ", for another original");
 }
 

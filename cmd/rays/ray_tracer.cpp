@@ -2,8 +2,6 @@
 #include "cmd/rays/ray_tracer.h"
 
 #include <algorithm>
-#include <array>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <utility>
@@ -68,12 +66,6 @@ class BundleSink final : public Sink {
 
 /// Heap bytes that a bundle leaves occupied while later bundles are traced; measured on the CPU.
 constexpr std::uint64_t kLeftBytes = std::uint64_t{4} << 20;
-
-std::string numberText(double value) {
-    std::array<char, 32> text{};
-    std::snprintf(text.data(), text.size(), "%.4g", value);
-    return text.data();
-}
 
 /// Returns the capture settings for the options, without the channels that outputs add.
 CaptureSettings traceSettings(const RaysOptions& options) {
@@ -172,10 +164,10 @@ void RayTracer::findAttenuation(RayTrace& trace) {
         reporter_.warning("no ray passes through a solid, so everything transmits X-rays fully");
         return;
     }
-    reporter_.note("attenuation: " + numberText(startAttenuation(*trace.median_path)) +
+    reporter_.note("attenuation: " + numberText(startAttenuation(*trace.median_path), 4) +
                    " per scene unit for all materials, so that half passes along the median path "
                    "of " +
-                   numberText(*trace.median_path) + "; to change it, add " +
+                   numberText(*trace.median_path, 4) + "; to change it, add " +
                    Parameter::kAttenuation + " '*=MU'");
 }
 
