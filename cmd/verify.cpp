@@ -95,11 +95,6 @@ constexpr const char* kKinds[] = {"unknown", "foreign", "flat", "layered"};
 constexpr const char* kProofs[] = {"proven", "none", "changed"};
 constexpr const char* kVerdicts[] = {"good", "incomplete", "bad"};
 
-/// A number that JSON can hold, else null.
-Json finiteJson(double value) {
-    return std::isfinite(value) ? Json(value) : Json();
-}
-
 Json toJson(const DeepAgainst& against) {
     const DeepDifference& worst = against.worst;
     Json json;
@@ -108,8 +103,8 @@ Json toJson(const DeepAgainst& against) {
     json["pixel"] = {against.x, against.y};
     json["z"] = worst.z;
     json["channel"] = std::string(deepChannelName(worst.component, against.tinted));
-    json["value"] = finiteJson(worst.value);
-    json["original"] = finiteJson(worst.original);
+    json["value"] = worst.value;
+    json["original"] = worst.original;
     json["samples"] = against.samples;
     json["originalSamples"] = against.original_samples;
     const auto& certificate = against.certificate;
