@@ -5,9 +5,9 @@
 include(${CMAKE_CURRENT_LIST_DIR}/stand_ins.cmake)
 
 # The C library, in the archive and on the target machine. The archive's launcher takes the newer one.
-set(c_library "^(ld-linux|lib(c|m|dl|rt|pthread|resolv|util|mvec|anl)\\.so)")
+set(c_library "(ld-linux|lib(c|m|dl|rt|pthread|resolv|util|mvec|anl)\\.so)")
 # Libraries of the target machine only: GL, with everything that belongs to a driver.
-set(machines ${c_library} "^lib(GL|EGL|OSMesa|gbm|drm|glapi|X|xcb|wayland|va|vdpau|OpenCL)")
+set(machines "^${c_library}" "^lib(GL|EGL|OSMesa|gbm|drm|glapi|X|xcb|wayland|va|vdpau|OpenCL)")
 # Libraries that GL drivers use, too: the launcher takes the newer one.
 set(shared "^lib(stdc\\+\\+|gcc_s|gomp|z|zstd|lzma|bz2|expat)\\.so")
 
@@ -40,7 +40,7 @@ endfunction()
 # each other, so a program must not mix two versions.
 function(copy_c_library to from)
     file(GLOB files ${from}/ld-linux*.so.? ${from}/lib*.so.?)
-    list(FILTER files INCLUDE REGEX "/(ld-linux|lib(c|m|dl|rt|pthread|resolv|util|mvec|anl)\\.so)")
+    list(FILTER files INCLUDE REGEX "/${c_library}")
     file(MAKE_DIRECTORY ${to})
     foreach(file IN LISTS files)
         get_filename_component(file_name ${file} NAME)
