@@ -11,9 +11,10 @@ float momentDepth(float depth) {
     return 2.0 * log(z / range.x) / log(range.y / range.x) - 1.0;
 }
 
-/// Returns the transmittance in front of a depth: a quarter of the absorbance at the depth itself counts (the paper's
-/// overestimation). The bias of 5e-6, ten times the paper's, also covers sums whose rounding depends on the order;
-/// a single fragment must keep a weight. `moments` has the sums of absorbance times depth to the powers 1 to 4, `absorbance` that to 0.
+/// Returns the transmittance in front of a depth. A quarter of the absorbance at the depth itself counts (the paper's
+/// overestimation). `moments` has the sums of absorbance times depth to the powers 1 to 4; `absorbance` is the sum of
+/// absorbance. The bias of 5e-6 is ten times the paper's, because the rounding of the sums depends on their order. A
+/// single fragment must keep a weight.
 float transmittanceAt(float z0, vec4 moments, float absorbance) {
     if (absorbance < 0.00100050033) return 1.0;
     vec4 b = mix(moments / absorbance, vec4(0.0, 0.375, 0.0, 0.375), 5e-6);

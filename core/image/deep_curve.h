@@ -42,8 +42,8 @@ struct DeepSlope {
     double change = 0, rate = 0;
 };
 DeepSlope slopeOf(const DeepState& state, const DeepPiece& volume, std::size_t component);
-/// Returns the distance at which two slopes are equal: the extreme of the difference of the
-/// components. NaN or any distance outside the range if there is none.
+/// Returns the distance at which two slopes are equal, where the difference of the components has
+/// its extreme. If there is no such distance, returns NaN or a distance outside the range.
 double distanceOfEqual(const DeepSlope& a, const DeepSlope& b);
 
 /// A pixel's samples, sorted by Z, with their values as floats: R, G, B, A or, with coloured

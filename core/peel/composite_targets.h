@@ -36,8 +36,8 @@ class CompositeTargets {
     void begin(SceneRasterizer& rasterizer, const Window& area, unsigned parts);
 
     /// Returns a framebuffer that has these parts as attachments, in the order of Part. The tail
-    /// has two attachments: its sum, then its count; the moments, too: of the powers 1 to 4, then
-    /// 0.
+    /// has two attachments: its sum, then its count. The moments have two: those of the powers 1 to
+    /// 4, then that of the power 0.
     GLuint framebuffer(const SceneRasterizer& rasterizer, unsigned parts);
     std::vector<GLuint> textures(unsigned parts) const;
     /// Returns the blend modes for a framebuffer with these parts. The first `first` attachments

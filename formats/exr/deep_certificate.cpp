@@ -20,7 +20,7 @@ std::string numberOf(double value) {
     return text.data();
 }
 
-/// Returns the hash of a row's samples; 0 if there are none.
+/// Returns the hash of a row's samples; 0 for a row without samples.
 std::uint64_t rowHash(const LayeredImage& image, int y) {
     const std::size_t first = image.pixelIndex(image.window.x0, y);
     const auto width = static_cast<std::size_t>(image.window.width());
@@ -49,10 +49,9 @@ std::uint64_t rowHash(const LayeredImage& image, int y) {
 
 std::string DeepCertificate::text() const {
     const std::string most = std::to_string(before), now = std::to_string(after);
-    const std::string hash = source.empty() ? "xxh64:" + hexText(0) : source;
     return "{\"error\":" + dumpJson(nlohmann::json(error)) + ",\"largest\":" + numberOf(largest) +
            ",\"norm\":\"at every depth: |T - T0|, |C - C0| / max(1, max |C0|)\"" +
-           ",\"samplesBefore\":" + most + ",\"samplesAfter\":" + now + ",\"source\":\"" + hash +
+           ",\"samplesBefore\":" + most + ",\"samplesAfter\":" + now + ",\"source\":\"" + source +
            "\"}" + std::string(most.size() - std::min(most.size(), now.size()), ' ');
 }
 

@@ -23,7 +23,7 @@ struct DeepCertificate {
     std::string text() const;
 };
 
-/// Reads the text of a certificate; nullopt if it is none.
+/// Reads a certificate from its text. Returns nothing if the text is not a certificate.
 std::optional<DeepCertificate> deepCertificateFrom(const std::string& text);
 
 /// The hash of all samples of a picture, by which a certificate names its original: the XXH64 of
