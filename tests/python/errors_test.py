@@ -27,6 +27,9 @@ class Errors(ModuleTest):
 
     def setUp(self):
         super().setUp()
+        # Shells start background processes with SIGINT ignored.
+        handler = signal.signal(signal.SIGINT, signal.default_int_handler)
+        self.addCleanup(signal.signal, signal.SIGINT, handler)
         self.fragments = len(self.r.layers(scene("panes"), size=(32, 18)))
 
     def test_they_say_what_where_and_what_to_try(self):
