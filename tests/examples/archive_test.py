@@ -11,7 +11,7 @@ import shutil
 import sys
 
 import debian
-from packed import ALL, BUILD, MADE, MORE, NEEDED, NOBODY, RENDER, SCENE, PackedTest, run
+from packed import ALL, BUILD, MADE, MORE, NOBODY, RENDER, SCENE, PackedTest, run
 from peeler_command import SOURCE, main, peeler
 
 sys.path.insert(0, str(SOURCE / "tests"))
@@ -168,4 +168,4 @@ class Archive(PackedTest):
 if __name__ == "__main__":
     if not ALL:
         sys.exit(main())
-    debian.in_own_machine("archive", main, debian.suite(), NEEDED)
+    debian.in_own_machine("archive", main, debian.suite(), Archive.NEEDED)

@@ -13,17 +13,16 @@ import re
 import shutil
 import subprocess
 import sys
-import time
 
 import debian
 import dockerfile
 import own_machine
-from peeler_command import EXAMPLES, PEELER, SOURCE, PeelerTest, main, skip
+from packed import run
+from peeler_command import EXAMPLES, PEELER, SOURCE, main, skip
 
 sys.path.insert(0, str(SOURCE / "tests"))
 import threemf_package
 
-NEEDED = 8e9  # the memory needed, in bytes
 ASSETS = pathlib.Path(os.environ.get("PEELER_ASSETS") or SOURCE.parent / "shared" / "assets")
 QEMU = shutil.which("qemu-aarch64-static")
 PROGRAM = pathlib.Path(shutil.which(PEELER) or PEELER).resolve()
@@ -82,13 +81,6 @@ OF_MODELS = {
 }
 
 
-def run(*command, **options):
-    done = subprocess.run(list(map(str, command)), capture_output=True, check=False, **options)
-    if done.returncode != 0:
-        raise AssertionError(f"exit code {done.returncode}: {command}\n{(done.stdout + done.stderr).decode()[-3000:]}")
-    return done.stdout.decode()
-
-
 def run_arm64(root, *command, folder="/"):
     """Runs an arm64 program in a root. Returns the subprocess."""
     in_folder = ("/usr/bin/env", "-C", folder) if folder != "/" else ()
@@ -104,12 +96,10 @@ def files_of(folder):
     return {str(path.relative_to(folder)): path for path in pathlib.Path(folder).rglob("*") if path.is_file()}
 
 
-class Arm64(PeelerTest):
+class Arm64(debian.RootsTest):
     @classmethod
     def setUpClass(cls):
-        cls.started = time.monotonic()
-        cls.scratch = own_machine.SCRATCH
-        own_machine.mount("none", cls.scratch, "tmpfs", data=f"size={int(NEEDED)}")
+        super().setUpClass()
         kept = os.environ.get("PEELER_ARM64")
         cls.packages = pathlib.Path(kept or f"{cls.scratch}/packages")
         if not cls.packages.is_dir():
@@ -145,20 +135,12 @@ class Arm64(PeelerTest):
         shutil.copytree(cls.here, cls.there)
 
     @classmethod
-    def say(cls, what):
-        print(f"{time.monotonic() - cls.started:6.1f} s  {what}", flush=True)
-
-    @classmethod
     def build(cls):
         """Builds the packages in a Debian root, from the tracked files."""
         debian.make_root(debian.suite(), f"{cls.scratch}/base")
         root = dockerfile.Stage(f"{cls.scratch}/base", f"{cls.scratch}/build")
         shutil.rmtree(f"{cls.scratch}/base")
-        listed = run("git", "ls-files", "-z", cwd=SOURCE)
-        for name in filter(None, listed.split("\0")):
-            target = pathlib.Path(root.root, "peeler", name)
-            target.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copy(SOURCE / name, target)
+        debian.copy_sources(root.root)
         root.folder = "/peeler"
         root.variables["SOURCE_DATE_EPOCH"] = run("git", "log", "-1", "--format=%ct", cwd=SOURCE).strip()
         for command in (
@@ -244,4 +226,4 @@ if __name__ == "__main__":
         skip("arm64 packages are only built with PEELER_TEST_ALL (sh tests/run.sh all)")
     if not QEMU:
         skip("no qemu-aarch64-static (examples/install_dependencies.sh datasets)")
-    debian.in_own_machine("arm64", main, debian.suite(), NEEDED)
+    debian.in_own_machine("arm64", main, debian.suite(), Arm64.NEEDED)

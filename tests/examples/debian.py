@@ -6,10 +6,11 @@ import pathlib
 import shutil
 import subprocess
 import sys
+import time
 import urllib.request
 
 import own_machine
-from peeler_command import skip
+from peeler_command import SOURCE, PeelerTest, skip
 
 PATH = os.environ["PATH"] + ":/usr/sbin:/sbin"
 
@@ -110,6 +111,31 @@ def unpack_root(name, folder, architecture, packages):
     if proc.is_symlink():
         proc.unlink()
         proc.mkdir()
+
+
+def copy_sources(root):
+    """Copies the tracked files to the folder /peeler of a root."""
+    listed = subprocess.run(["git", "ls-files", "-z"], cwd=SOURCE, capture_output=True, check=True)
+    for name in filter(None, listed.stdout.decode().split("\0")):
+        target = pathlib.Path(root, "peeler", name)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(SOURCE / name, target)
+
+
+class RootsTest(PeelerTest):
+    """A test case with NEEDED bytes of memory in the folder `scratch`, for roots."""
+
+    NEEDED = 8e9
+
+    @classmethod
+    def setUpClass(cls):
+        cls.started = time.monotonic()
+        cls.scratch = own_machine.SCRATCH
+        own_machine.mount("none", cls.scratch, "tmpfs", data=f"size={int(cls.NEEDED)}")
+
+    @classmethod
+    def say(cls, what):
+        print(f"{time.monotonic() - cls.started:6.1f} s  {what}", flush=True)
 
 
 def in_own_machine(host_name, body, suite_name, memory):

@@ -6,32 +6,24 @@ run of the tests."""
 import os
 import pathlib
 import shutil
-import subprocess
-import time
 
 import debian
 import dockerfile
 import own_machine
-from peeler_command import SOURCE, PeelerTest, main, skip
+from peeler_command import SOURCE, main, skip
 
 SUITE = "trixie"
-NEEDED = 11e9  # the memory needed, in bytes
 ASSETS = pathlib.Path(os.environ.get("PEELER_ASSETS") or SOURCE.parent / "shared" / "assets")
 
 
-class Debian13(PeelerTest):
+class Debian13(debian.RootsTest):
+    NEEDED = 11e9
+
     def test_quickstart_short_run_and_plain_build(self):
-        started = time.monotonic()
-        scratch = own_machine.SCRATCH
-        own_machine.mount("none", scratch, "tmpfs", data=f"size={int(NEEDED)}")
-        debian.make_root(SUITE, f"{scratch}/base")
-        root = dockerfile.Stage(f"{scratch}/base", f"{scratch}/root")
-        shutil.rmtree(f"{scratch}/base")
-        listed = subprocess.run(["git", "ls-files", "-z"], cwd=SOURCE, capture_output=True, check=True)
-        for name in filter(None, listed.stdout.decode().split("\0")):
-            target = pathlib.Path(root.root, "peeler", name)
-            target.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copy(SOURCE / name, target)
+        debian.make_root(SUITE, f"{self.scratch}/base")
+        root = dockerfile.Stage(f"{self.scratch}/base", f"{self.scratch}/root")
+        shutil.rmtree(f"{self.scratch}/base")
+        debian.copy_sources(root.root)
         root.folder = "/peeler"
         # The style check needs git and Debian 12's clang-format.
         root.variables["PEELER_STYLE"] = "unchecked"
@@ -44,11 +36,11 @@ class Debian13(PeelerTest):
             with self.subTest(command):
                 done = root.run(["sh", "-c", command])
                 shown = done.stdout[-2500:] if done.returncode == 0 else done.stdout
-                print(f"{time.monotonic() - started:6.1f} s  {command}\n{shown}", flush=True)
+                self.say(f"{command}\n{shown}")
                 self.assertEqual(done.returncode, 0)
 
 
 if __name__ == "__main__":
     if not os.environ.get("PEELER_TEST_ALL"):
         skip("a Debian 13 of its own is only made with PEELER_TEST_ALL (sh tests/run.sh all)")
-    debian.in_own_machine("debian13", main, SUITE, NEEDED)
+    debian.in_own_machine("debian13", main, SUITE, Debian13.NEEDED)

@@ -10,17 +10,14 @@ import shutil
 import subprocess
 import sys
 import tempfile
-import time
 import unittest
 
 import debian
 import dockerfile
-import own_machine
 from peeler_command import EXAMPLES, PEELER, SOURCE, PeelerTest, main, peeler
 
 ALL = bool(os.environ.get("PEELER_TEST_ALL"))
 FILE = EXAMPLES / "Dockerfile"
-NEEDED = 8e9  # the memory needed, in bytes
 SUITE = "bookworm"  # debian:12, on any machine
 
 
@@ -178,19 +175,13 @@ class Parts(PeelerTest):
 
 
 @unittest.skipUnless(ALL, "carried out only with PEELER_TEST_ALL: debootstrap, compile, render")
-class Dockerfile(PeelerTest):
+class Dockerfile(debian.RootsTest):
     @classmethod
     def setUpClass(cls):
-        cls.started = time.monotonic()
-        cls.scratch = own_machine.SCRATCH
-        own_machine.mount("none", cls.scratch, "tmpfs", data=f"size={int(NEEDED)}")
+        super().setUpClass()
         cls.base = f"{cls.scratch}/base"
         mirror = debian.make_root(SUITE, cls.base)
         cls.say(f"a root of {mirror}")
-
-    @classmethod
-    def say(cls, what):
-        print(f"{time.monotonic() - cls.started:6.1f} s  {what}", flush=True)
 
     def announce(self, _, command):
         self.say(f"runs {' '.join(command.split())[:80]}")
@@ -226,4 +217,4 @@ class Dockerfile(PeelerTest):
 if __name__ == "__main__":
     if not ALL:
         sys.exit(main())
-    debian.in_own_machine("container", main, SUITE, NEEDED)
+    debian.in_own_machine("container", main, SUITE, Dockerfile.NEEDED)

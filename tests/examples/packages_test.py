@@ -16,7 +16,7 @@ import unittest
 import debian
 import guide_test
 from documents_test import dead_links
-from packed import ALL, BUILD, MADE, MORE, NEEDED, NOBODY, RENDER, SCENE, PackedTest, run
+from packed import ALL, BUILD, MADE, MORE, NOBODY, RENDER, SCENE, PackedTest, run
 from peeler_command import EXAMPLES, SOURCE, PeelerTest, main, peeler
 
 TOOLS = ("cpack", "dpkg-deb", "dpkg-shlibdeps", "file")
@@ -346,4 +346,4 @@ class Roots(PackedTest):
 if __name__ == "__main__":
     if not ALL:
         sys.exit(main())
-    debian.in_own_machine("packages", main, debian.suite(), NEEDED)
+    debian.in_own_machine("packages", main, debian.suite(), Roots.NEEDED)

@@ -6,16 +6,13 @@ import os
 import pathlib
 import shutil
 import subprocess
-import time
 import unittest
 
 import debian
 import dockerfile
-import own_machine
-from peeler_command import EXAMPLES, PEELER, PeelerTest
+from peeler_command import EXAMPLES, PEELER
 
 ALL = bool(os.environ.get("PEELER_TEST_ALL"))
-NEEDED = 8e9  # the memory needed, in bytes
 BUILD = pathlib.Path(shutil.which(PEELER) or PEELER).resolve().parent
 SCENE = "coincident.glb"
 NOBODY = "65534:65534"  # a user who may write only to /work
@@ -44,27 +41,21 @@ def run(*command, **options):
 
 
 @unittest.skipUnless(ALL, "made and installed only with PEELER_TEST_ALL: debootstrap, compile, apt")
-class PackedTest(PeelerTest):
+class PackedTest(debian.RootsTest):
     """A test case with finished packages in `made`, and in `expected` the scene and the files that this build makes of
     it by RENDER and MORE."""
 
     @classmethod
     def setUpClass(cls):
-        cls.started = time.monotonic()
+        super().setUpClass()
         cls.made = pathlib.Path(os.environ.get("PEELER_PACKAGES") or BUILD / "packages")
         if "PEELER_PACKAGES" not in os.environ:
             cls.say(run("cmake", "--build", BUILD, "--target", "packages").splitlines()[-1])
-        cls.scratch = own_machine.SCRATCH
-        own_machine.mount("none", cls.scratch, "tmpfs", data=f"size={int(NEEDED)}")
         cls.expected = pathlib.Path(cls.scratch, "expected")
         cls.expected.mkdir()
         shutil.copy(EXAMPLES / "scenes" / SCENE, cls.expected)
         for arguments in (RENDER, *MORE):
             run(BUILD / "peeler", *arguments, cwd=cls.expected)
-
-    @classmethod
-    def say(cls, what):
-        print(f"{time.monotonic() - cls.started:6.1f} s  {what}", flush=True)
 
     def root(self, suite, name, *packages):
         """Returns a fresh root of that Debian release with these packages, and the scene in /work."""
