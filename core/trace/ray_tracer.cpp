@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/trace/ray_tracer.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include <peeler/error.h>
+#include "core/base/parallel.h"
+#include "core/scene/elements.h"
+#include "shaders/interface.glsl"
+
+namespace peeler {
+namespace {
+
+constexpr std::size_t kVerticesAtOnce = 8192, kRaysAtOnce = 1024;
+
+/// A hit as one number: the bits of t above the key. The bits of positive floats sort like the
+/// floats.
+using SortedHit = std::uint64_t;
+
+bool isFinite(const glm::dvec3& point) {
+    // Larger coordinates could overflow.
+    constexpr double kMost = 0x1p900;
+    return std::abs(point.x) < kMost && std::abs(point.y) < kMost && std::abs(point.z) < kMost;
+}
+
+glm::dvec3 worldPoint(const glm::dmat4& world, const glm::vec3& position) {
+    return glm::dvec3(world * glm::dvec4(position, 1));
+}
+
+bool isFlat(const CellCorners& corners) {
+    const auto normal = crossOf(corners[1] - corners[0], corners[2] - corners[0]);
+    return normal[0] == 0 && normal[1] == 0 && normal[2] == 0;
+}
+
+}  // namespace
+
+RayTracer::RayTracer(PosedScene posed) : posed_(std::move(posed)) {
+    constexpr std::uint64_t kMost = std::uint64_t{1} << 31;
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    const DrawList& list = posed_.drawList();
+    /// The vertices of an instance.
+    struct Placed {
+        const std::vector<glm::vec3>* positions;
+        glm::dmat4 world;
+        std::size_t first;
+    };
+    std::vector<Placed> placed;
+    std::vector<std::uint32_t> first_keys;
+    alpha_tests_.reserve(list.draws().size());
+    std::uint64_t vertices = 0, triangles = 0, keys = 0;
+    for (const Draw& draw : list.draws()) {
+        if ((draw.flags & PEELER_IS_TRIANGLES) == 0) continue;
+        const Geometry& geometry = list.geometries()[draw.geometry];
+        Piece piece;
+        piece.primitive = &posed_.scene()
+                               .meshes[static_cast<std::size_t>(geometry.mesh)]
+                               .primitives[geometry.primitive];
+        piece.mirrored = draw.mirrored;
+        piece.double_sided = posed_.scene().materials[draw.material].double_sided;
+        const std::uint64_t elements = elementsOf(*piece.primitive);
+        if (elements == 0) continue;
+        if (draw.alpha_tested) piece.alpha = &alpha_tests_.emplace_back(posed_, geometry);
+        for (std::size_t i = 0; i < draw.instances; ++i) {
+            piece.first_key =
+                draw.first_primitive + static_cast<std::uint32_t>(i) * draw.instance_keys;
+            const auto& positions = posed_.positions(geometry);
+            placed.push_back({&positions, list.worlds(draw)[i], vertices});
+            pieces_.push_back(piece);
+            first_keys.push_back(piece.first_key);
+            keys = std::uint64_t{piece.first_key} + elements;
+            vertices += positions.size();
+            triangles += elements;
+        }
+    }
+    if (vertices >= kMost || triangles >= kMost) {
+        throw Error(ErrorKind::kInput, "the scene has more triangles or vertices than 2^31", "",
+                    "trace parts of it: " + Parameter::kInclude + ", " + Parameter::kExclude);
+    }
+    piece_of_ = KeyIndex(std::move(first_keys), keys);
+
+    std::vector<Bounds> bounds(placed.size(), {glm::dvec3(kInfinity), glm::dvec3(-kInfinity)});
+    parallelFor(placed.size(), [&](std::size_t i) {
+        for (const glm::vec3& position : *placed[i].positions) {
+            const glm::dvec3 point = worldPoint(placed[i].world, position);
+            if (!isFinite(point)) continue;
+            bounds[i].min = glm::min(bounds[i].min, point);
+            bounds[i].max = glm::max(bounds[i].max, point);
+        }
+    });
+    Bounds box{glm::dvec3(kInfinity), glm::dvec3(-kInfinity)};
+    for (const Bounds& part : bounds) {
+        box.min = glm::min(box.min, part.min);
+        box.max = glm::max(box.max, part.max);
+    }
+    if (!(box.min.x <= box.max.x)) return;  // there are no vertices
+    grid_ = CellGrid(box);
+
+    // The x of a vertex that is not finite.
+    constexpr std::int64_t kNowhere = std::numeric_limits<std::int64_t>::max();
+    vertices_.resize(vertices);
+    for (const Placed& part : placed) {
+        const std::size_t size = part.positions->size();
+        parallelFor((size + kVerticesAtOnce - 1) / kVerticesAtOnce, [&](std::size_t task) {
+            const std::size_t end = std::min(size, (task + 1) * kVerticesAtOnce);
+            for (std::size_t i = task * kVerticesAtOnce; i < end; ++i) {
+                const glm::dvec3 point = worldPoint(part.world, (*part.positions)[i]);
+                vertices_[part.first + i] =
+                    isFinite(point) ? rounded(grid_.position(point)) : Cells{kNowhere, 0, 0};
+            }
+        });
+    }
+    triangles_.reserve(triangles);
+    for (std::size_t i = 0; i < placed.size(); ++i) {
+        const Primitive& primitive = *pieces_[i].primitive;
+        const auto elements = static_cast<std::uint32_t>(elementsOf(primitive));
+        for (std::uint32_t element = 0; element < elements; ++element) {
+            const Corners corners = peeler::cornersOf(primitive, element);
+            Triangle triangle;
+            triangle.key = pieces_[i].first_key + element;
+            bool finite = true;
+            for (std::size_t k = 0; k < 3; ++k) {
+                const std::size_t vertex = placed[i].first + corners.vertex[k];
+                triangle.vertex[k] = static_cast<std::uint32_t>(vertex);
+                finite = finite && vertices_[vertex][0] != kNowhere;
+            }
+            // No ray hits a flat triangle (exactHit()).
+            if (finite && !isFlat(cornersOf(triangle))) triangles_.push_back(triangle);
+        }
+    }
+    tree_ = TriangleTree(triangles_.size(),
+                         [this](std::uint32_t i) { return cornersOf(triangles_[i]); });
+}
+
+std::uint64_t RayTracer::bytes() const {
+    return vertices_.capacity() * sizeof(Cells) + triangles_.capacity() * sizeof(Triangle) +
+           tree_.bytes();
+}
+
+/// The working storage of a task, and the hits of its rays.
+struct RayTracer::Scratch {
+    std::vector<std::optional<ExactRay>> exact;
+    EyePacket packet;
+    std::vector<Candidate> candidates;
+    std::vector<std::uint32_t> in_cone;
+    std::vector<EyePacket::Hit> packet_hits;
+    std::array<std::vector<SortedHit>, EyePacket::kMost> found;  ///< by ray of a group
+};
+
+/// The hits of a task's rays.
+struct RayTracer::Found {
+    std::vector<std::uint32_t> counts;
+    std::vector<float> t;
+    std::vector<std::uint32_t> keys;
+};
+
+/// Applies the rules of culling and of alpha to an intersection.
+bool RayTracer::isHit(const Piece& piece, const ExactRay& ray, const Triangle& triangle, bool back,
+                      Faces faces) const {
+    if (faces != Faces::kBoth && !(faces == Faces::kGltf && piece.double_sided)) {
+        const bool shows_back = back != piece.mirrored;
+        if (shows_back != (faces == Faces::kBack)) return false;
+    }
+    if (!piece.alpha) return true;
+    const Corners of = peeler::cornersOf(*piece.primitive, triangle.key - piece.first_key);
+    return piece.alpha->passes(
+        {static_cast<std::uint32_t>(of.vertex[0]), static_cast<std::uint32_t>(of.vertex[1]),
+         static_cast<std::uint32_t>(of.vertex[2])},
+        exactWeights(ray, cornersOf(triangle)));
+}
+
+void RayTracer::add(std::uint32_t index, const ExactRay& ray, const ExactHit& hit,
+                    const TraceSettings& settings, std::vector<SortedHit>& found) const {
+    if (double{hit.t} < settings.near || !(double{hit.t} < settings.far)) return;
+    const Triangle& triangle = triangles_[index];
+    const Piece& piece = pieces_[piece_of_.surfaceOf(triangle.key)];
+    if (!isHit(piece, ray, triangle, hit.back, settings.faces)) return;
+    found.push_back(SortedHit{std::bit_cast<std::uint32_t>(hit.t)} << 32 | triangle.key);
+}
+
+void RayTracer::traceRay(const ExactRay& ray, const TraceSettings& settings, Scratch& scratch,
+                         std::vector<SortedHit>& found) const {
+    tree_.candidates(ray, scratch.candidates);
+    for (const Candidate& candidate : scratch.candidates) {
+        const CellCorners corners = cornersOf(triangles_[candidate.triangle]);
+        if (const auto hit = exactHit(ray, corners, candidate.inside))
+            add(candidate.triangle, ray, *hit, settings, found);
+    }
+}
+
+/// Traces the rays of a group together. Returns false if they are too different.
+bool RayTracer::tracePacket(const TraceSettings& settings, Scratch& scratch) const {
+    // With more triangles, rays are faster one by one.
+    constexpr std::size_t kMostTriangles = 1024;
+    EyePacket& packet = scratch.packet;
+    if (!packet.take(scratch.exact) ||
+        !tree_.candidates(packet.cone(), kMostTriangles, scratch.in_cone))
+        return false;
+    scratch.packet_hits.clear();
+    for (const std::uint32_t triangle : scratch.in_cone)
+        packet.addHits(cornersOf(triangles_[triangle]), triangle, scratch.packet_hits);
+    for (const EyePacket::Hit& hit : scratch.packet_hits)
+        add(hit.triangle, *scratch.exact[hit.ray], {hit.t, hit.back}, settings,
+            scratch.found[hit.ray]);
+    return true;
+}
+
+void RayTracer::traceGroup(std::span<const Ray> rays, const TraceSettings& settings,
+                           Scratch& scratch, Found& all) const {
+    scratch.exact.clear();
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        scratch.exact.push_back(ExactRay::make(grid_, rays[i].origin, rays[i].direction));
+        scratch.found[i].clear();
+    }
+    if (!tracePacket(settings, scratch)) {
+        for (std::size_t i = 0; i < rays.size(); ++i)
+            if (scratch.exact[i]) traceRay(*scratch.exact[i], settings, scratch, scratch.found[i]);
+    }
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        std::vector<SortedHit>& found = scratch.found[i];
+        std::sort(found.begin(), found.end());
+        all.counts.push_back(static_cast<std::uint32_t>(found.size()));
+        for (const SortedHit hit : found) {
+            all.t.push_back(std::bit_cast<float>(static_cast<std::uint32_t>(hit >> 32)));
+            all.keys.push_back(static_cast<std::uint32_t>(hit));
+        }
+    }
+}
+
+void RayTracer::trace(std::span<const Ray> rays, const TraceSettings& settings,
+                      RayHits& hits) const {
+    const std::size_t tasks = (rays.size() + kRaysAtOnce - 1) / kRaysAtOnce;
+    std::vector<Found> parts(tasks);
+    ObjectPool<Scratch> scratches;
+    hits.offsets.assign(rays.size() + 1, 0);
+    parallelFor(tasks, [&](std::size_t task) {
+        const std::size_t end = std::min(rays.size(), (task + 1) * kRaysAtOnce);
+        scratches.with([&](Scratch& scratch) {
+            for (std::size_t i = task * kRaysAtOnce; i < end; i += EyePacket::kMost)
+                traceGroup(rays.subspan(i, std::min(EyePacket::kMost, end - i)), settings, scratch,
+                           parts[task]);
+        });
+    });
+    std::size_t ray = 0;
+    for (const Found& part : parts) {
+        for (const std::uint32_t count : part.counts) {
+            hits.offsets[ray + 1] = hits.offsets[ray] + count;
+            ++ray;
+        }
+    }
+    hits.t.resize(static_cast<std::size_t>(hits.offsets.back()));
+    hits.keys.resize(hits.t.size());
+    parallelFor(tasks, [&](std::size_t task) {
+        const auto at = static_cast<std::ptrdiff_t>(hits.offsets[task * kRaysAtOnce]);
+        std::copy(parts[task].t.begin(), parts[task].t.end(), hits.t.begin() + at);
+        std::copy(parts[task].keys.begin(), parts[task].keys.end(), hits.keys.begin() + at);
+    });
+}
+
+std::array<double, 3> RayTracer::weightsAt(const Ray& ray, std::uint32_t key) const {
+    const auto exact = ExactRay::make(grid_, ray.origin, ray.direction);
+    const auto found = std::lower_bound(
+        triangles_.begin(), triangles_.end(), key,
+        [](const Triangle& triangle, std::uint32_t k) { return triangle.key < k; });
+    if (!exact || found == triangles_.end() || found->key != key)
+        throw Error(ErrorKind::kInternal, "the ray does not hit this triangle");
+    return exactWeights(*exact, cornersOf(*found));
+}
+
+}  // namespace peeler
