@@ -361,6 +361,9 @@ std::vector<std::string> cameraNames(const PosedScene& posed) {
 }
 
 View makeView(const PosedScene& posed, const SceneExtent& extent, const CameraChoice& choice) {
+    if (choice.lens)
+        throw Error(ErrorKind::kUsage, "lens distortion is not rendered", choice.lens->model,
+                    "undistort the pictures first");
     const Bounds box = extent.bounds();
     View view;
     if (choice.camera && namesLight(*choice.camera)) {

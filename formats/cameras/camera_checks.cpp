@@ -105,6 +105,19 @@ Intrinsics intrinsicsOfK(std::span<const double, 9> k, const std::string& where)
     return checkedIntrinsics({k[0], k[4], k[2], k[5]}, where);
 }
 
+std::optional<Lens> checkedLens(const CameraFileOptions& options, std::string_view model,
+                                std::vector<double> coefficients, const LensRefusal& refusal) {
+    std::optional<Lens> lens;
+    try {
+        lens = makeLens(model, std::move(coefficients));
+    } catch (const Error& error) {
+        refuseCamera(error.whatText(), refusal.where, error.hintText());
+    }
+    if (isPinhole(*lens)) return {};
+    if (!options.lenses) refuseCamera(refusal.what, refusal.where, refusal.hint);
+    return lens;
+}
+
 Size checkedSize(double width, double height, const std::string& where) {
     for (const double side : {width, height})
         if (!(side >= 1 && side <= kMostPictureSide) || side != std::floor(side))

@@ -62,7 +62,7 @@ void turnWorld(FileCamera& camera) {
 
 /// Throws Error (kInput) if the camera cannot become a view. Otherwise, rendering would fail later.
 void checkRenderable(const FileCamera& camera, const std::string& where) {
-    if (!camera.intrinsics || camera.size.height == 0) return;
+    if (!camera.intrinsics || camera.lens || camera.size.height == 0) return;
     View view;
     view.width = camera.size.width;
     view.height = camera.size.height;
@@ -148,12 +148,13 @@ FileCamera fileCamera(const View& view, std::string name) {
 CameraChoice cameraChoice(const FileCamera& camera, CameraChoice choice) {
     choice.pose = camera.camera_to_world;
     if (camera.intrinsics) choice.intrinsics = camera.intrinsics;
+    if (camera.lens) choice.lens = camera.lens;
     if (camera.fov) choice.fov = camera.fov;
     if (camera.ortho_height) choice.ortho_height = camera.ortho_height;
     if (camera.near) choice.near = camera.near;
     if (camera.far) choice.far = camera.far;
     if (camera.size.width > 0) choice.size = camera.size;
-    if (camera.intrinsics && camera.size.width == 0)
+    if ((camera.intrinsics || camera.lens) && camera.size.width == 0)
         throw Error(ErrorKind::kUsage, "the file gives no picture size", "camera " + camera.name,
                     "give " + Parameter::kSize);
     return choice;

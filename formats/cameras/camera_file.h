@@ -35,6 +35,9 @@ struct FileCamera {
     /// In glTF's axes: the camera looks along −Z, with +Y up. distanceFromRigid() is below 1e-4.
     glm::dmat4 camera_to_world{1};
     std::optional<Intrinsics> intrinsics;
+    /// A lens other than a pinhole; only if CameraFileOptions::lenses. Lenses whose pictures show
+    /// all directions have no intrinsics.
+    std::optional<Lens> lens;
     std::optional<double> fov, ortho_height;  ///< used instead of intrinsics, as in CameraChoice
     /// Metres; only in JSON lines and in transforms.json written by peeler.
     std::optional<double> near, far;
@@ -61,7 +64,8 @@ struct CameraFileOptions {
     /// own convention, and accepts only this convention or kBlender. kBlender then turns only the
     /// file's world; the camera axes stay as the format defines them.
     std::optional<CameraConvention> convention{};
-    Size size{0, 0};  ///< size of the pictures if the file has none
+    Size size{0, 0};      ///< size of the pictures if the file has none
+    bool lenses = false;  ///< whether the caller takes lenses; if not, they are refused
 };
 
 /// Reads the views of a camera file, in the order of the file, or by picture number (BOP, COLMAP).
@@ -72,8 +76,9 @@ struct CameraFileOptions {
 ///
 /// Throws Error (kInput), with the place (JSON pointer, line, byte), if the file is missing, larger
 /// than kMostCameraBytes, damaged or has more than kMostViews views, or if it has numbers that are
-/// not finite, poses that are not rigid, skew or lens distortion. Throws Error (kUsage) if a
-/// required convention is missing, or if the options' convention contradicts that of the format.
+/// not finite, poses that are not rigid, skew or, unless options.lenses, lens distortion. Throws
+/// Error (kUsage) if a required convention is missing, or if the options' convention contradicts
+/// that of the format.
 std::vector<FileCamera> readCameras(const std::filesystem::path& path,
                                     const CameraFileOptions& options, ReadWarnings& warnings);
 

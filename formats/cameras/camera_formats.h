@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include <peeler/text.h>
+#include "core/lens/lens.h"
 #include "formats/cameras/camera_file.h"
 #include "formats/file/atomic_file.h"
 
@@ -81,6 +82,16 @@ Intrinsics checkedIntrinsics(const Intrinsics& intrinsics, const std::string& wh
 /// Returns the intrinsics in a matrix K (row-major, in peeler's pixel coordinates). Throws Error
 /// (kInput) if K has a skew or is not a matrix of intrinsics.
 Intrinsics intrinsicsOfK(std::span<const double, 9> k, const std::string& where);
+/// The error about a lens that the caller does not take.
+struct LensRefusal {
+    std::string what, where;
+    const char* hint;
+};
+/// Returns FileCamera::lens: the lens of a model (findLensModel()) with these coefficients, or
+/// nothing if it is a pinhole. Throws Error (kInput) if the coefficients have no meaning, or
+/// `refusal` if the options do not take lenses.
+std::optional<Lens> checkedLens(const CameraFileOptions& options, std::string_view model,
+                                std::vector<double> coefficients, const LensRefusal& refusal);
 /// Returns a picture's size. Throws Error (kInput) unless width and height are integers from 1 to
 /// the limits.
 Size checkedSize(double width, double height, const std::string& where);

@@ -14,29 +14,18 @@
 namespace peeler {
 namespace {
 
-constexpr std::string_view kKeys[] = {"name",
-                                      "size",
-                                      "K",
-                                      "fx",
-                                      "fy",
-                                      "cx",
-                                      "cy",
-                                      "fov",
-                                      "orthoHeight",
-                                      "near",
-                                      "far",
-                                      "cameraToWorld",
-                                      "worldToCamera",
-                                      "eye",
-                                      "target",
-                                      "up"};
+constexpr std::string_view kKeys[] = {
+    "name",          "size",        "K",      "fx",         "fy",   "cx",  "cy",
+    "fov",           "orthoHeight", "lens",   "distortion", "near", "far", "cameraToWorld",
+    "worldToCamera", "eye",         "target", "up"};
 
 void checkKeys(const CameraObject& line) {
     for (const auto& [key, value] : line.value().items())
         if (std::ranges::find(kKeys, key) == std::end(kKeys))
-            refuseCamera("unknown key \"" + key + "\"", line.where(),
-                         "give only name, size, K or fx, fy, cx, cy, fov, orthoHeight, near, "
-                         "far, and cameraToWorld, worldToCamera or eye, target, up");
+            refuseCamera(
+                "unknown key \"" + key + "\"", line.where(),
+                "give only name, size, K or fx, fy, cx, cy, fov, orthoHeight, lens, "
+                "distortion, near, far, and cameraToWorld, worldToCamera or eye, target, up");
 }
 
 /// Returns the number of keys that are present, 0 or 1. Throws Error (kInput) if it is above 1.
@@ -94,7 +83,20 @@ glm::dmat4 placeIn(const CameraObject& line, bool z_up) {
     return *place;
 }
 
-void takeLens(const CameraObject& line, FileCamera& camera) {
+/// Returns the lens in "lens" and "distortion" (default: opencv, no coefficients).
+std::optional<Lens> lensOf(const CameraObject& line, const CameraFileOptions& options) {
+    const nlohmann::json* const list = line.find("distortion");
+    const auto model = line.text("lens");
+    if (!model && !list) return {};
+    std::vector<double> coefficients;
+    if (list) coefficients = *line.numbers("distortion", list->size());
+    return checkedLens(
+        options, model.value_or("opencv"), std::move(coefficients),
+        {"lens distortion is not rendered", line.where(model ? "lens" : "distortion"), kUndistort});
+}
+
+void takeLens(const CameraObject& line, const CameraFileOptions& options, FileCamera& camera) {
+    camera.lens = lensOf(line, options);
     oneOf(line, {"K", "fx", "fov", "orthoHeight"});
     if (const auto k = line.rows("K", 3, 3))
         camera.intrinsics =
@@ -121,7 +123,7 @@ FileCamera cameraOf(const CameraObject& line, const CameraFileOptions& options) 
     camera.name = line.text("name").value_or("");
     const auto size = line.numbers("size", 2);
     camera.size = size ? checkedSize((*size)[0], (*size)[1], line.where("size")) : options.size;
-    takeLens(line, camera);
+    takeLens(line, options, camera);
     camera.camera_to_world = placeIn(line, options.convention == CameraConvention::kBlender);
     return camera;
 }

@@ -42,6 +42,10 @@ Intrinsics writtenIntrinsics(const FileCamera& camera) {
         throw Error(ErrorKind::kUsage,
                     "an orthographic camera cannot be written as a calibrated one", where,
                     "leave this camera out");
+    if (camera.lens)
+        throw Error(ErrorKind::kUsage,
+                    "lenses are not written, and this camera has " + camera.lens->model, where,
+                    "leave this camera out");
     if (camera.size.width < 1 || camera.size.height < 1)
         throw Error(ErrorKind::kUsage, "the camera's picture size is unknown", where,
                     "give " + Parameter::kSize);

@@ -71,7 +71,8 @@ class ColmapBytes {
     std::uint64_t at_ = 0;
 };
 
-std::map<std::uint32_t, ColmapCamera> readCamerasFile(const std::filesystem::path& path) {
+std::map<std::uint32_t, ColmapCamera> readCamerasFile(const std::filesystem::path& path,
+                                                      const CameraFileOptions& options) {
     const std::vector<std::uint8_t> bytes = readCameraBytes(path);
     ColmapBytes file(bytes, path.string());
     // Minimum bytes per camera: id, model, width and height.
@@ -89,8 +90,9 @@ std::map<std::uint32_t, ColmapCamera> readCamerasFile(const std::filesystem::pat
         std::vector<double> parameters;
         for (int k = 0; k < lens->parameters; ++k)
             parameters.push_back(file.take<double>());
-        const ColmapCamera camera = colmapCamera(*lens, static_cast<double>(width),
-                                                 static_cast<double>(height), parameters, where);
+        const ColmapCamera camera =
+            colmapCamera(*lens, static_cast<double>(width), static_cast<double>(height), parameters,
+                         options, where);
         if (!cameras.emplace(id, camera).second)
             refuseCamera("camera " + std::to_string(id) + " appears twice", where);
     }
@@ -138,8 +140,9 @@ class BinaryText {
 
 }  // namespace
 
-ColmapModel readColmapBinary(const std::filesystem::path& folder) {
-    ColmapModel model{readCamerasFile(folder / "cameras.bin"),
+ColmapModel readColmapBinary(const std::filesystem::path& folder,
+                             const CameraFileOptions& options) {
+    ColmapModel model{readCamerasFile(folder / "cameras.bin", options),
                       readImagesFile(folder / "images.bin")};
     std::ranges::sort(model.images, {}, &ColmapImage::id);
     return model;
@@ -150,7 +153,8 @@ ColmapFiles colmapBinary(const ColmapModel& model, std::span<const ScenePoint> p
     BinaryText cameras, images, positions;
     cameras.add(std::uint64_t{model.cameras.size()});
     for (const auto& [id, camera] : model.cameras) {
-        const auto& [k, size] = camera;
+        const Intrinsics& k = *camera.intrinsics;
+        const Size& size = camera.size;
         cameras.add(id).add(std::int32_t{pinhole.id});
         cameras.add(std::uint64_t(size.width)).add(std::uint64_t(size.height));
         cameras.add(std::array{k.fx, k.fy, k.cx + 0.5, k.cy + 0.5});

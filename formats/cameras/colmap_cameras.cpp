@@ -21,17 +21,17 @@ constexpr ColmapLens kColmapLenses[] = {
     {2, "SIMPLE_RADIAL", 4, 1},
     {3, "RADIAL", 5, 1},
     {4, "OPENCV", 8, 2},
-    {5, "OPENCV_FISHEYE", 8, 0},
+    {5, "OPENCV_FISHEYE", 8, 2},
     {6, "FULL_OPENCV", 12, 2},
-    {7, "FOV", 5, 0},
-    {8, "SIMPLE_RADIAL_FISHEYE", 4, 0},
-    {9, "RADIAL_FISHEYE", 5, 0},
-    {10, "THIN_PRISM_FISHEYE", 12, 0},
-    {11, "RAD_TAN_THIN_PRISM_FISHEYE", 16, 0},
+    {7, "FOV", 5, 2},
+    {8, "SIMPLE_RADIAL_FISHEYE", 4, 1},
+    {9, "RADIAL_FISHEYE", 5, 1},
+    {10, "THIN_PRISM_FISHEYE", 12, 2},
+    {11, "RAD_TAN_THIN_PRISM_FISHEYE", 16, 2},
     {12, "SIMPLE_DIVISION", 4, 1},
     {13, "DIVISION", 5, 2},
-    {14, "SIMPLE_FISHEYE", 3, 0},
-    {15, "FISHEYE", 4, 0},
+    {14, "SIMPLE_FISHEYE", 3, 1},
+    {15, "FISHEYE", 4, 2},
     {16, "EUCM", 6, 0},
     {17, "EQUIRECTANGULAR", 2, 0},
 };
@@ -75,8 +75,9 @@ ModelFiles modelAt(const std::filesystem::path& path) {
 
 std::vector<FileCamera> readColmap(const CameraSource& source) {
     const ModelFiles files = modelAt(source.path);
-    const ColmapModel model =
-        files.extension == ".bin" ? readColmapBinary(files.folder) : readColmapText(files.folder);
+    const ColmapModel model = files.extension == ".bin"
+                                  ? readColmapBinary(files.folder, source.options)
+                                  : readColmapText(files.folder, source.options);
     const std::string where = (files.folder / ("images" + files.extension)).string();
     checkViewCount(model.images.size(), where);
     std::vector<FileCamera> cameras;
@@ -93,6 +94,7 @@ std::vector<FileCamera> readColmap(const CameraSource& source) {
         camera.picture = image.name;
         camera.camera_to_world = image.camera_to_world;
         camera.intrinsics = found->second.intrinsics;
+        camera.lens = found->second.lens;
         camera.size = found->second.size;
     }
     return cameras;
@@ -107,9 +109,9 @@ bool isColmapName(const std::filesystem::path& path) {
 ColmapModel modelOf(std::span<const FileCamera> cameras) {
     ColmapModel model;
     const auto key = [](const ColmapCamera& camera) {
-        const auto& [k, size] = camera;
+        const Intrinsics& k = *camera.intrinsics;
         return std::array<double, 6>{
-            k.fx, k.fy, k.cx, k.cy, double(size.width), double(size.height)};
+            k.fx, k.fy, k.cx, k.cy, double(camera.size.width), double(camera.size.height)};
     };
     std::map<std::array<double, 6>, std::uint32_t> ids;
     for (const FileCamera& camera : cameras) {
@@ -174,20 +176,33 @@ const ColmapLens* colmapLens(std::string_view name) {
 }
 
 ColmapCamera colmapCamera(const ColmapLens& lens, double width, double height,
-                          std::span<const double> parameters, const std::string& where) {
-    if (lens.focal_lengths == 0)
-        refuseCamera("only pinhole cameras are rendered, and this is a " + std::string(lens.name),
-                     where, kUndistorter);
+                          std::span<const double> parameters, const CameraFileOptions& options,
+                          const std::string& where) {
+    const std::string name(lens.name);
+    const std::string only_pinholes = "only pinhole cameras are rendered, and this is a " + name,
+                      undistorted =
+                          "lens distortion is not rendered, and this " + name + " has some";
+    const LensModel* const model = findLensModel(name);
+    const Size size = checkedSize(width, height, where);
+    if (lens.focal_lengths == 0) {
+        if (!model) refuseCamera(only_pinholes, where, kUndistorter);
+        if (parameters[0] != width || parameters[1] != height)
+            refuseCamera("the parameters of this " + name + " are not the picture's size", where);
+        return {{}, size, checkedLens(options, name, {}, {only_pinholes, where, kUndistorter})};
+    }
     const auto focal = static_cast<std::size_t>(lens.focal_lengths);
-    for (const double distortion : parameters.subspan(focal + 2))
-        if (distortion != 0)
-            refuseCamera(
-                "lens distortion is not rendered, and this " + std::string(lens.name) + " has some",
-                where, kUndistorter);
-    return {checkedIntrinsics({parameters[0], parameters[focal - 1], parameters[focal] - 0.5,
-                               parameters[focal + 1] - 0.5},
-                              where),
-            checkedSize(width, height, where)};
+    const auto rest = parameters.subspan(focal + 2);
+    ColmapCamera camera{checkedIntrinsics({parameters[0], parameters[focal - 1],
+                                           parameters[focal] - 0.5, parameters[focal + 1] - 0.5},
+                                          where),
+                        size};
+    if (model)
+        camera.lens =
+            checkedLens(options, name, {rest.begin(), rest.end()},
+                        {model->perspective ? undistorted : only_pinholes, where, kUndistorter});
+    else if (std::ranges::any_of(rest, [](double k) { return k != 0; }))
+        refuseCamera(undistorted, where, kUndistorter);
+    return camera;
 }
 
 glm::dmat4 colmapPose(std::span<const double, 7> numbers, const std::string& where) {

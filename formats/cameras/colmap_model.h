@@ -20,7 +20,8 @@ struct ColmapLens {
     int parameters;
     /// The number of focal lengths, which are the first parameters. The next two parameters are the
     /// principal point, measured from the corner of the upper left pixel. All further parameters
-    /// must be 0. With focal_lengths = 0, the model is not a pinhole.
+    /// are the coefficients of the lens model with this name (findLensModel()) or, if there is no
+    /// such model, must be 0. With focal_lengths = 0, the model has none of these.
     int focal_lengths;
 };
 
@@ -29,8 +30,9 @@ const ColmapLens* colmapLens(int id);
 const ColmapLens* colmapLens(std::string_view name);
 
 struct ColmapCamera {
-    Intrinsics intrinsics;  ///< in peeler's pixel coordinates
+    std::optional<Intrinsics> intrinsics;  ///< in peeler's pixel coordinates
     Size size;
+    std::optional<Lens> lens{};
 };
 struct ColmapImage {
     std::uint32_t id = 0, camera = 0;
@@ -44,10 +46,11 @@ struct ColmapModel {
 
 // Defined in colmap_cameras.cpp.
 
-/// Returns the camera with these parameters. Throws Error (kInput) if the camera is not a pinhole
-/// or has lens distortion.
+/// Returns the camera with these parameters. Throws Error (kInput) if its model is not known to
+/// findLensModel(), or like checkedLens().
 ColmapCamera colmapCamera(const ColmapLens& lens, double width, double height,
-                          std::span<const double> parameters, const std::string& where);
+                          std::span<const double> parameters, const CameraFileOptions& options,
+                          const std::string& where);
 /// Returns the pose (camera to world) for an image's qw, qx, qy, qz, tx, ty, tz (world to camera).
 /// Throws Error (kInput).
 glm::dmat4 colmapPose(std::span<const double, 7> numbers, const std::string& where);
@@ -57,8 +60,8 @@ std::array<double, 7> colmapNumbers(const glm::dmat4& camera_to_world);
 // Defined in colmap_text.cpp and colmap_binary.cpp. The readers read the files in `folder` and
 // throw Error (kInput).
 
-ColmapModel readColmapText(const std::filesystem::path& folder);
-ColmapModel readColmapBinary(const std::filesystem::path& folder);
+ColmapModel readColmapText(const std::filesystem::path& folder, const CameraFileOptions& options);
+ColmapModel readColmapBinary(const std::filesystem::path& folder, const CameraFileOptions& options);
 
 /// The contents of the files cameras, images and points3D. The images have no observations.
 struct ColmapFiles {

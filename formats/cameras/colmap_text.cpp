@@ -68,7 +68,8 @@ class TextLines {
     std::uint64_t number_ = 0;
 };
 
-std::map<std::uint32_t, ColmapCamera> readCameraLines(const std::filesystem::path& path) {
+std::map<std::uint32_t, ColmapCamera> readCameraLines(const std::filesystem::path& path,
+                                                      const CameraFileOptions& options) {
     const std::vector<std::uint8_t> bytes = readCameraBytes(path);
     TextLines lines(asText(bytes), path.string());
     std::map<std::uint32_t, ColmapCamera> cameras;
@@ -89,7 +90,9 @@ std::map<std::uint32_t, ColmapCamera> readCameraLines(const std::filesystem::pat
             refuseCamera("a " + std::string(lens->name) + " has " +
                              std::to_string(lens->parameters) + " parameters, but there are more",
                          lines.where());
-        if (!cameras.emplace(id, colmapCamera(*lens, width, height, parameters, lines.where()))
+        if (!cameras
+                 .emplace(id,
+                          colmapCamera(*lens, width, height, parameters, options, lines.where()))
                  .second)
             refuseCamera("camera " + std::to_string(id) + " appears twice", lines.where());
     }
@@ -130,8 +133,8 @@ std::vector<ColmapImage> readImageLines(const std::filesystem::path& path) {
 
 }  // namespace
 
-ColmapModel readColmapText(const std::filesystem::path& folder) {
-    ColmapModel model{readCameraLines(folder / "cameras.txt"),
+ColmapModel readColmapText(const std::filesystem::path& folder, const CameraFileOptions& options) {
+    ColmapModel model{readCameraLines(folder / "cameras.txt", options),
                       readImageLines(folder / "images.txt")};
     std::ranges::sort(model.images, {}, &ColmapImage::id);
     return model;
@@ -145,7 +148,8 @@ ColmapFiles colmapText(const ColmapModel& model, std::span<const ScenePoint> poi
         "# Number of cameras: " +
         count(model.cameras.size());
     for (const auto& [id, camera] : model.cameras) {
-        const auto& [k, size] = camera;
+        const Intrinsics& k = *camera.intrinsics;
+        const Size& size = camera.size;
         cameras += std::to_string(id) + " PINHOLE " + std::to_string(size.width) + " " +
                    std::to_string(size.height) + " " +
                    cameraNumbers(std::array{k.fx, k.fy, k.cx + 0.5, k.cy + 0.5}, " ") + "\n";

@@ -8,6 +8,7 @@
 // read_lens; pixels have their centre at + 0.5 in pixel_to_ray) and nerfstudio
 // (Cameras.get_image_coords).
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -30,7 +31,8 @@ constexpr std::string_view kKnownKeys[] = {
     "frames", "file_path", "transform_matrix", "w", "h", "fl_x", "fl_y", "cx", "cy",
     "camera_angle_x", "camera_angle_y", "x_fov", "y_fov", "camera_model", "k1", "k2", "k3", "k4",
     "k5", "k6", "p1", "p2", "p3", "p4", "s1", "s2", "distortion_params", "is_fisheye", "latlong",
-    "equirectangular", "orthographic", "ftheta_p0", kNearKey, kFarKey, kNameKey,
+    "equirectangular", "orthographic", "ftheta_p0", "ftheta_p1", "ftheta_p2", "ftheta_p3",
+    "ftheta_p4", kNearKey, kFarKey, kNameKey,
     // Keys of instant-ngp.
     "aabb", "aabb_scale", "render_aabb", "scale", "offset", "up", "sharpness", "rotation",
     "sharpen", "white_transparent", "black_transparent", "is_hdr", "fix_premult",
@@ -91,37 +93,112 @@ class FrameMembers {
     const CameraObject &frame_, &all_;
 };
 
-void checkLens(const CameraObject& holder) {
-    constexpr const char* kCoefficients[] = {"k1", "k2", "k3", "k4", "k5", "k6",
-                                             "p1", "p2", "p3", "p4", "s1", "s2"};
-    constexpr const char* kOtherLenses[] = {"is_fisheye", "latlong", "equirectangular",
-                                            "orthographic", "ftheta_p0"};
-    constexpr const char* kPinholes[] = {"PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL",
-                                         "OPENCV",  "FULL_OPENCV",    "PERSPECTIVE"};
-    for (const char* key : kCoefficients)
-        if (holder.number(key).value_or(0) != 0)
-            refuseCamera(
-                "lens distortion is not rendered, and \"" + std::string(key) + "\" is not 0",
-                holder.where(key), kUndistort);
-    if (const auto* const list = holder.find("distortion_params")) {
-        const auto isZero = [](const nlohmann::json& k) { return k.is_number() && k == 0; };
-        if (!list->is_array() || !std::ranges::all_of(*list, isZero))
-            refuseCamera("lens distortion is not rendered, and one of these coefficients is not 0",
-                         holder.where("distortion_params"), kUndistort);
-    }
-    for (const char* key : kOtherLenses)
-        if (const auto* const value = holder.find(key); value && *value != false)
-            refuseCamera(
-                "only pinhole cameras are rendered, and this one has \"" + std::string(key) + "\"",
-                holder.where(key), kUndistort);
-    if (const auto model = holder.text("camera_model"))
-        if (std::ranges::find(kPinholes, *model) == std::end(kPinholes))
-            refuseCamera("only pinhole cameras are rendered, and this one has the model " + *model,
-                         holder.where("camera_model"), kUndistort);
+void checkMatrices(const CameraObject& holder) {
     for (const char* key : {"K", "intrinsic_matrix", "camera_intrinsics"})
         if (holder.has(key))
             refuseCamera("a matrix of intrinsics has no meaning in transforms.json",
                          holder.where(key), "give fl_x, fl_y, cx, cy, w and h, without a skew");
+}
+
+/// Returns the error about a lens that is no pinhole.
+LensRefusal noPinhole(const FrameMembers& members, const char* key) {
+    return {"only pinhole cameras are rendered, and this one has \"" + std::string(key) + "\"",
+            members.where(key), kUndistort};
+}
+LensRefusal noPinholeModel(const FrameMembers& members) {
+    return {"only pinhole cameras are rendered, and this one has the model " +
+                members.holder("camera_model").text("camera_model").value_or(""),
+            members.where("camera_model"), kUndistort};
+}
+[[noreturn]] void refuseLens(const LensRefusal& refusal) {
+    refuseCamera(refusal.what, refusal.where, refusal.hint);
+}
+
+/// The coefficients of a frame's lens, and the error about the first that is not 0.
+struct LensCoefficients {
+    std::array<double, 6> k{};
+    double p1 = 0, p2 = 0;
+    LensRefusal refusal{};
+};
+LensCoefficients coefficientsIn(const FrameMembers& members) {
+    LensCoefficients lens;
+    const std::pair<const char*, double*> taken[] = {
+        {"k1", &lens.k[0]}, {"k2", &lens.k[1]}, {"k3", &lens.k[2]}, {"k4", &lens.k[3]},
+        {"k5", &lens.k[4]}, {"k6", &lens.k[5]}, {"p1", &lens.p1},   {"p2", &lens.p2}};
+    const auto refusalOf = [&](const char* key) {
+        return LensRefusal{
+            "lens distortion is not rendered, and \"" + std::string(key) + "\" is not 0",
+            members.where(key), kUndistort};
+    };
+    for (const auto& [key, value] : taken) {
+        *value = members.number(key).value_or(0);
+        if (*value != 0 && lens.refusal.what.empty()) lens.refusal = refusalOf(key);
+    }
+    for (const char* key : {"p3", "p4", "s1", "s2"})
+        if (members.number(key).value_or(0) != 0) refuseLens(refusalOf(key));
+    constexpr const char* kList = "distortion_params";
+    const nlohmann::json* const list = members.holder(kList).find(kList);
+    const auto isZero = [](const nlohmann::json& k) { return k.is_number() && k == 0; };
+    if (!list || (list->is_array() && std::ranges::all_of(*list, isZero))) return lens;
+    lens.refusal = {"lens distortion is not rendered, and one of these coefficients is not 0",
+                    members.where(kList), kUndistort};
+    if (!list->is_array() || list->size() != 6) refuseLens(lens.refusal);
+    const std::vector<double> numbers = *members.holder(kList).numbers(kList, 6);
+    lens.k = {numbers[0], numbers[1], numbers[2], numbers[3]};
+    lens.p1 = numbers[4];
+    lens.p2 = numbers[5];
+    return lens;
+}
+
+/// Returns the lens of a frame; nothing for a pinhole. The models are those of nerfstudio
+/// (Cameras._generate_rays_from_coords) and instant-ngp (read_lens).
+std::optional<Lens> lensIn(const FrameMembers& members, const CameraFileOptions& options) {
+    const auto says = [&](const char* key) {
+        const nlohmann::json* const value = members.holder(key).find(key);
+        return value && *value != false;
+    };
+    const auto number = [&](const char* key) { return members.number(key).value_or(0); };
+    const std::string model =
+        members.holder("camera_model").text("camera_model").value_or("OPENCV");
+    // instant-ngp's "equirectangular" is an equal-area cylinder.
+    for (const char* key : {"equirectangular", "orthographic"})
+        if (says(key)) refuseLens(noPinhole(members, key));
+    if (says("ftheta_p0"))
+        return checkedLens(options, "ftheta",
+                           {number("ftheta_p0"), number("ftheta_p1"), number("ftheta_p2"),
+                            number("ftheta_p3"), number("ftheta_p4")},
+                           noPinhole(members, "ftheta_p0"));
+    if (says("latlong"))
+        return checkedLens(options, "equirectangular", {}, noPinhole(members, "latlong"));
+    if (model == "EQUIRECTANGULAR") return checkedLens(options, model, {}, noPinholeModel(members));
+    if (model == "FISHEYE624") {
+        constexpr const char* kList = "distortion_params";
+        const auto list = options.lenses ? members.holder(kList).numbers(kList, 12) : std::nullopt;
+        return checkedLens(options, model, list.value_or(std::vector<double>(12)),
+                           noPinholeModel(members));
+    }
+    const auto [k, p1, p2, refusal] = coefficientsIn(members);
+    const bool is_fisheye = says("is_fisheye");
+    if (is_fisheye || model == "OPENCV_FISHEYE") {
+        const LensRefusal whole =
+            is_fisheye ? noPinhole(members, "is_fisheye") : noPinholeModel(members);
+        if (k[4] != 0 || k[5] != 0) refuseLens(refusal);
+        if (p1 == 0 && p2 == 0)
+            return checkedLens(options, "opencv-fisheye", {k[0], k[1], k[2], k[3]}, whole);
+        return checkedLens(options, "thin-prism-fisheye", {k[0], k[1], p1, p2, k[2], k[3], 0, 0},
+                           whole);
+    }
+    constexpr const char* kPinholes[] = {"PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL",
+                                         "OPENCV",  "FULL_OPENCV",    "PERSPECTIVE"};
+    if (std::ranges::find(kPinholes, model) == std::end(kPinholes))
+        refuseLens(noPinholeModel(members));
+    if (model == "FULL_OPENCV")
+        return checkedLens(options, model, {k[0], k[1], p1, p2, k[2], k[3], k[4], k[5]}, refusal);
+    if (options.lenses && k[3] != 0)
+        refuseCamera("k4 is a factor of r^8 in nerfstudio, but a divisor in OpenCV", refusal.where,
+                     "for OpenCV's, give the camera_model FULL_OPENCV");
+    if (k[3] != 0 || k[4] != 0 || k[5] != 0) refuseLens(refusal);
+    return checkedLens(options, "opencv", {k[0], k[1], p1, p2, k[2]}, refusal);
 }
 
 /// Returns the focal length, in pixels, along an axis ("x" or "y"). `pixels` is the picture's size
@@ -146,15 +223,18 @@ std::optional<double> focalLength(const FrameMembers& members, const std::string
     return {};
 }
 
-void readLens(const FrameMembers& members, const CameraObject& frame, const Size& asked,
-              FileCamera& camera) {
+void readLens(const FrameMembers& members, const CameraObject& frame,
+              const CameraFileOptions& options, FileCamera& camera) {
+    camera.lens = lensIn(members, options);
     const auto width = members.number("w"), height = members.number("h");
     if (width.has_value() != height.has_value())
         refuseCamera("a picture needs both \"w\" and \"h\", or neither", frame.where());
-    camera.size = width ? checkedSize(*width, *height, members.where("w")) : asked;
+    camera.size = width ? checkedSize(*width, *height, members.where("w")) : options.size;
     const int w = camera.size.width, h = camera.size.height;
+    if (camera.lens && lensModel(*camera.lens).filling) return;
     auto fx = focalLength(members, "x", w);
     auto fy = focalLength(members, "y", h);
+    if (camera.lens && lensModel(*camera.lens).in_pixels) fx = fy = 1;
     if (!fx && !fy) refuseCamera("\"fl_x\" and \"camera_angle_x\" are both missing", frame.where());
     if (!fx) fx = fy;  // square pixels unless both are given
     if (!fy) fy = fx;
@@ -170,13 +250,27 @@ void readLens(const FrameMembers& members, const CameraObject& frame, const Size
         checkedIntrinsics({*fx, *fy, centre("cx", w), centre("cy", h)}, frame.where());
 }
 
+/// Warns about intrinsics that differ from those that nerfstudio gives a picture of all directions:
+/// the mapping of such a picture has no parameters.
+void warnOfIntrinsics(const FrameMembers& members, const FileCamera& camera,
+                      ReadWarnings& warnings) {
+    if (!camera.lens || !lensModel(*camera.lens).filling) return;
+    const double w = camera.size.width, h = camera.size.height;
+    const std::pair<const char*, double> usual[] = {
+        {"fl_x", w / 2}, {"fl_y", h}, {"cx", w / 2}, {"cy", h / 2}};
+    for (const auto& [key, value] : usual)
+        if (members.number(key).value_or(value) != value)
+            warnings.warn(std::string(key) + " is ignored: the picture shows all directions.",
+                          members.where(key));
+}
+
 std::vector<FileCamera> readTransforms(const CameraSource& source) {
     const CameraObject all(source.json(), source.path.string(), "");
     const nlohmann::json& frames = *all.find("frames");
     if (!frames.is_array())
         refuseCamera("expected a list of frames, not " + shownJson(frames), all.where("frames"));
     checkViewCount(frames.size(), all.where("frames"));
-    checkLens(all);
+    checkMatrices(all);
     warnOfPassedOver(all, source.warnings);
     std::vector<FileCamera> cameras;
     cameras.reserve(frames.size());
@@ -185,9 +279,11 @@ std::vector<FileCamera> readTransforms(const CameraSource& source) {
         FileCamera& camera = cameras.emplace_back();
         camera.picture = frame.text("file_path").value_or("");
         camera.name = frame.text(kNameKey).value_or("");
-        checkLens(frame);
+        checkMatrices(frame);
         warnOfPassedOver(frame, source.warnings);
-        readLens({frame, all}, frame, source.options.size, camera);
+        const FrameMembers members(frame, all);
+        readLens(members, frame, source.options, camera);
+        warnOfIntrinsics(members, camera, source.warnings);
         constexpr const char* kMatrix = "transform_matrix";
         camera.camera_to_world =
             checkedPose(frame.required(frame.matrix(kMatrix), kMatrix), frame.where(kMatrix));

@@ -4,6 +4,7 @@
 #include <array>
 #include <iterator>
 
+#include "core/lens/lens_rays.h"
 #include "core/scene/framing.h"
 #include "core/scene/posed_scene.h"
 #include "formats/cameras/camera_file.h"
@@ -48,6 +49,7 @@ void takeCameras(Input input) {
     if (const std::size_t convention = taker.below(4); convention > 0)
         options.convention = static_cast<CameraConvention>(convention - 1);
     if (taker.flip()) options.size = {640, 480};
+    options.lenses = options.size.width > 0;
 
     fs::remove_all(scratchFolder() / "cameras");
     fs::create_directory(scratchFolder() / "cameras");
@@ -63,6 +65,11 @@ void takeCameras(Input input) {
         attempt([&] {
             CameraChoice choice = cameraChoice(cameras[i]);
             checkCamera(choice);
+            if (choice.lens) {
+                const LensRays rays(*choice.lens, choice.intrinsics.value_or(Intrinsics()),
+                                    choice.size);
+                if (const auto ray = rays.ray({1, 1})) rays.pixel(ray->direction);
+            }
             const View view = makeView(posed, SceneExtent(posed), choice);
             fileCamera(view, cameras[i].name);
         });

@@ -251,6 +251,141 @@ TEST(CameraFiles, ModelsOfColmap) {
     EXPECT_EQ(readCameras(scratch / "m/images.txt").size(), 3U);
 }
 
+CameraFileOptions withLenses() {
+    CameraFileOptions options;
+    options.lenses = true;
+    return options;
+}
+
+TEST(CameraFiles, LensesOfColmap) {
+    const ScratchDir scratch;
+    const std::pair<const char*, std::optional<Lens>> models[] = {
+        {"SIMPLE_RADIAL 640 480 500 320 240 0.01", Lens{"simple-radial", {0.01}}},
+        {"RADIAL 640 480 500 320 240 0.01 0.02", Lens{"radial", {0.01, 0.02}}},
+        {"OPENCV 640 480 500 500 320 240 1 2 3 4", Lens{"opencv", {1, 2, 3, 4}}},
+        {"OPENCV 640 480 500 500 320 240 0 0 0 0", {}},
+        {"OPENCV_FISHEYE 640 480 500 500 320 240 0 0 0 0", Lens{"opencv-fisheye", {0, 0, 0, 0}}},
+        {"FULL_OPENCV 640 480 500 500 320 240 1 2 3 4 5 6 7 8",
+         Lens{"full-opencv", {1, 2, 3, 4, 5, 6, 7, 8}}},
+        {"FOV 640 480 500 500 320 240 0.9", Lens{"fov", {0.9}}},
+        {"SIMPLE_RADIAL_FISHEYE 640 480 500 320 240 1", Lens{"simple-radial-fisheye", {1}}},
+        {"RADIAL_FISHEYE 640 480 500 320 240 1 2", Lens{"radial-fisheye", {1, 2}}},
+        {"THIN_PRISM_FISHEYE 640 480 500 500 320 240 1 2 3 4 5 6 7 8",
+         Lens{"thin-prism-fisheye", {1, 2, 3, 4, 5, 6, 7, 8}}},
+        {"FISHEYE 640 480 500 500 320 240", Lens{"fisheye"}},
+    };
+    std::string cameras, images;
+    int id = 0;
+    for (const auto& [text, lens] : models) {
+        const std::string number = std::to_string(++id);
+        cameras += number + " " + text + "\n";
+        images += number + " 1 0 0 0 0 0 0 " + number + " a\n\n";
+    }
+    put(scratch / "cameras.txt", cameras + "99 EQUIRECTANGULAR 640 320 640 320\n");
+    put(scratch / "images.txt", images + "99 1 0 0 0 0 0 0 99 b\n");
+    const std::vector<FileCamera> read = readCameras(scratch.path(), withLenses());
+    ASSERT_EQ(read.size(), std::size(models) + 1);
+    for (std::size_t i = 0; i < std::size(models); ++i) {
+        EXPECT_EQ(read[i].lens, models[i].second) << models[i].first;
+        EXPECT_EQ(read[i].intrinsics, (Intrinsics{500, 500, 319.5, 239.5})) << models[i].first;
+    }
+    EXPECT_EQ(read.back().lens, Lens{"equirectangular"});
+    EXPECT_FALSE(read.back().intrinsics);
+    // The binary reader takes the same models.
+    put(scratch / "b/cameras.bin", PackedNumbers()
+                                       .add(std::uint64_t{1})
+                                       .add(std::uint32_t{3})
+                                       .add(std::int32_t{7})
+                                       .add(std::uint64_t{640})
+                                       .add(std::uint64_t{480})
+                                       .add(std::vector<double>{500, 400, 300.75, 201, 0.9})
+                                       .text);
+    put(scratch / "b/images.bin", colmapImagesBinary());
+    EXPECT_EQ(readCameras(scratch / "b", withLenses())[0].lens, (Lens{"fov", {0.9}}));
+    expectRefusedCameras(scratch / "b", "distortion", "cameras.bin");
+}
+
+TEST(CameraFiles, LensesOfTransforms) {
+    const ScratchDir scratch;
+    const std::pair<const char*, std::optional<Lens>> models[] = {
+        {R"("camera_model": "OPENCV", "k1": 0, "p2": 0)", {}},
+        {R"("k1": 1, "k2": 2, "p1": 3, "p2": 4)", Lens{"opencv", {1, 2, 3, 4, 0}}},
+        {R"("k1": 1, "k3": 5)", Lens{"opencv", {1, 0, 0, 0, 5}}},
+        {R"("distortion_params": [1, 2, 5, 0, 3, 4])", Lens{"opencv", {1, 2, 3, 4, 5}}},
+        {R"("camera_model": "FULL_OPENCV", "k1": 1, "k4": 4, "k6": 6, "p1": 7)",
+         Lens{"full-opencv", {1, 0, 7, 0, 0, 4, 0, 6}}},
+        {R"("camera_model": "OPENCV_FISHEYE", "k1": 1, "k4": 4)",
+         Lens{"opencv-fisheye", {1, 0, 0, 4}}},
+        {R"("is_fisheye": true)", Lens{"opencv-fisheye", {0, 0, 0, 0}}},
+        {R"("is_fisheye": true, "k3": 3, "p1": 5)",
+         Lens{"thin-prism-fisheye", {0, 0, 5, 0, 3, 0, 0, 0}}},
+        {R"("camera_model": "FISHEYE624", "distortion_params": [1,2,3,4,5,6,7,8,9,10,11,12])",
+         Lens{"rad-tan-thin-prism-fisheye", {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12}}},
+        {R"("ftheta_p0": 0, "ftheta_p1": 0.01, "ftheta_p3": 1e-9)",
+         Lens{"ftheta", {0, 0.01, 0, 1e-9, 0}}},
+        {R"("latlong": true, "fl_x": 320, "fl_y": 480, "cx": 320, "cy": 240)",
+         Lens{"equirectangular"}},
+        {R"("camera_model": "EQUIRECTANGULAR", "fl_x": 320, "fl_y": 480, "cx": 320, "cy": 240)",
+         Lens{"equirectangular"}},
+    };
+    for (const auto& [text, lens] : models) {
+        const std::string intrinsics = std::string(text).find("fl_x") == std::string::npos
+                                           ? R"("fl_x": 500, "cx": 300.75, )"
+                                           : "";
+        const std::string frames =
+            R"("w": 640, "h": 480, "frames": [{"transform_matrix": [)" + kKnownOpenglRows + "]}]";
+        const auto path = put(scratch / "t.json", "{" + intrinsics + frames + ", " + text + "}");
+        const FileCamera camera = readCameras(path, withLenses())[0];
+        EXPECT_EQ(camera.lens, lens) << text;
+        const bool in_pixels = lens && lens->model == "ftheta";
+        if (lens != Lens{"equirectangular"}) {
+            EXPECT_EQ(camera.intrinsics, in_pixels ? (Intrinsics{1, 1, 300.25, 239.5})
+                                                   : (Intrinsics{500, 500, 300.25, 239.5}));
+        }
+        if (lens) expectRefusedCameras(path, "rendered", "t.json");
+        // The frame's own values go before those of the file.
+        if (!lens) continue;
+        const auto framed = put(scratch / "f.json",
+                                "{" + intrinsics + R"("w": 640, "h": 480, "frames": [{)" + text +
+                                    R"(, "transform_matrix": [)" + kKnownOpenglRows + "]}]}");
+        EXPECT_EQ(readCameras(framed, withLenses())[0].lens, lens) << text;
+    }
+    const std::tuple<const char*, const char*, const char*> wrong[] = {
+        {R"("equirectangular": true)", "only pinhole", "/equirectangular"},
+        {R"("camera_model": "VR180_L")", "VR180_L", "/camera_model"},
+        {R"("k1": 1, "k4": 1)", "r^8", "/k1"},
+        {R"("s1": 1)", "distortion", "/s1"},
+        {R"("ftheta_p0": 1)", "0 at the centre", "/ftheta_p0"},
+        {R"("camera_model": "FISHEYE624", "distortion_params": [1])", "list of 12",
+         "/distortion_params"},
+    };
+    for (const auto& [text, what, where] : wrong)
+        expectRefusedCameras(
+            put(scratch / "t.json", std::string("{") + text +
+                                        R"(, "w": 640, "h": 480, "fl_x": 500, "frames": [
+                                     {"transform_matrix": [)" +
+                                        kKnownOpenglRows + "]}]}"),
+            what, where, withLenses());
+}
+
+TEST(CameraFiles, LensesOfLines) {
+    const ScratchDir scratch;
+    const std::string place = R"("eye": [0, 0, 1], "target": [0, 0, 0]})";
+    const std::string rest =
+        R"("size": [64, 32], "fx": 50, "fy": 50, "cx": 32, "cy": 16, )" + place;
+    const auto path = put(scratch / "c.jsonl",
+                          R"({"lens": "opencv-fisheye", "distortion": [1, 2, 3, 4], )" + rest +
+                              "\n" + R"({"distortion": [0, 0, 0, 0], )" + rest + "\n" +
+                              R"({"lens": "equirectangular", "size": [64, 32], )" + place);
+    const auto cameras = readCameras(path, withLenses());
+    EXPECT_EQ(cameras[0].lens, (Lens{"opencv-fisheye", {1, 2, 3, 4}}));
+    EXPECT_FALSE(cameras[1].lens);
+    EXPECT_EQ(cameras[2].lens, Lens{"equirectangular"});
+    EXPECT_EQ(cameraChoice(cameras[0]).lens, cameras[0].lens);
+    EXPECT_THROW(viewOfCamera(cameras[0]), Error);
+    expectRefusedCameras(path, "lens distortion is not rendered", "c.jsonl:1, /lens");
+}
+
 TEST(CameraFiles, QuaternionsOfColmapHaveAnyLength) {
     const ScratchDir scratch;
     put(scratch / "cameras.txt", colmapCamerasText());

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include <peeler/lens.h>
 #include <peeler/view.h>
 #include <peeler/window.h>
 
@@ -53,6 +54,9 @@ struct CameraChoice {
     /// crop of a larger picture that is centred on the axis and has the size View::width x
     /// View::height. View::sample holds the fractional part of the crop's offset.
     std::optional<Intrinsics> intrinsics{};
+    /// A lens other than a pinhole, with these intrinsics. makeView() refuses it: only rays are
+    /// cast through lenses.
+    std::optional<Lens> lens{};
     std::optional<double> near{}, far{};  ///< distances to the near and far plane, scene units
     Size size{1280, 720};
     std::optional<Window> crop{};  ///< the part of the picture to render, pixels

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/lens/lens_rays.h"
+
+#include <atomic>
+#include <vector>
+
+#include <peeler/error.h>
+#include "core/base/parallel.h"
+#include "core/base/portable_math.h"
+
+namespace peeler {
+namespace {
+
+/// Converts between OpenCV's camera axes and glTF's.
+glm::dvec3 turned(const glm::dvec3& v) {
+    return {v.x, 0 - v.y, 0 - v.z};  // 0 − x instead of −x, to avoid −0
+}
+
+}  // namespace
+
+LensRays::LensRays(const Lens& lens, const Intrinsics& intrinsics, const Size& size)
+    : intrinsics_(intrinsics), size_(size) {
+    if (size.width < 1 || size.height < 1)
+        throw Error(ErrorKind::kUsage, "a lens needs the size of its picture", lens.model,
+                    "give " + Parameter::kSize + " WxH");
+    const LensModel& model = lensModel(lens);
+    shape_ = model.shape(lens.coefficients, size);
+    if (model.filling) intrinsics_ = model.filling(size);
+}
+
+std::optional<glm::dvec2> LensRays::pixel(const glm::dvec3& direction) const {
+    const auto plane = shape_->plane(turned(direction));
+    if (!plane) return {};
+    const auto& [fx, fy, cx, cy] = intrinsics_;
+    return glm::dvec2(plane->x * fx + cx + 0.5, plane->y * fy + cy + 0.5);
+}
+
+std::optional<LensRay> LensRays::ray(const glm::dvec2& pixel) const {
+    const auto& [fx, fy, cx, cy] = intrinsics_;
+    const auto ray = shape_->ray({(pixel.x - 0.5 - cx) / fx, (pixel.y - 0.5 - cy) / fy});
+    if (!ray) return {};
+    return LensRay{turned(ray->direction), turned(ray->per_x) / fx, turned(ray->per_y) / fy};
+}
+
+std::uint64_t LensRays::row(int x, int y, const glm::dvec2& sample,
+                            std::span<glm::dvec3> directions) const {
+    std::uint64_t without = 0;
+    for (glm::dvec3& direction : directions) {
+        const auto found = ray(glm::dvec2(x++, y) + sample);
+        direction = found ? found->direction : glm::dvec3(0);
+        if (!found) ++without;
+    }
+    return without;
+}
+
+Intrinsics intrinsicsOfAngle(const Lens& lens, double angle, const Size& size) {
+    const LensModel& model = lensModel(lens);
+    if (model.in_pixels || model.filling)
+        throw Error(ErrorKind::kUsage, "a lens " + lens.model + " has no focal length to choose",
+                    lens.model, "leave " + Parameter::kFov + " out");
+    const auto [sin, cos] = portableSinCos(angle);
+    const auto plane = model.shape(lens.coefficients, size)->plane({0, sin, cos});
+    if (!plane || !(plane->y > 0))
+        throw Error(ErrorKind::kUsage, "the lens does not see this field of view", lens.model,
+                    "give a smaller " + Parameter::kFov + ", or " + Parameter::kIntrinsics);
+    const double f = size.height / (2 * plane->y);
+    return {f, f, (size.width - 1) / 2.0, (size.height - 1) / 2.0};
+}
+
+std::uint64_t pixelsWithoutRay(const LensRays& rays) {
+    std::atomic<std::uint64_t> without{0};
+    const Size size = rays.size();
+    parallelFor(static_cast<std::size_t>(size.height), [&](std::size_t y) {
+        std::vector<glm::dvec3> directions(static_cast<std::size_t>(size.width));
+        without += rays.row(0, static_cast<int>(y), glm::dvec2(0.5), directions);
+    });
+    return without;
+}
+
+}  // namespace peeler
