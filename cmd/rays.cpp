@@ -20,6 +20,7 @@
 #include "cmd/verbs.h"
 #include "formats/file/file_name.h"
 #include "formats/output_hash.h"
+#include "formats/rays/ray_list.h"
 
 namespace peeler::cmd {
 
@@ -53,6 +54,7 @@ class Rays {
     fs::path outputOf(std::size_t view) const;
     void openScene();
     std::vector<Bundle> chooseBundles();
+    Bundle movingBundle();
     Bundle viewBundle(std::size_t view) const;
     int makeAll();
     int makeViewFiles();
@@ -129,6 +131,16 @@ Bundle Rays::viewBundle(std::size_t view) const {
     return {views_.name(view), views_.view(*scene_, tracer_.posed(), view)};
 }
 
+Bundle Rays::movingBundle() {
+    const fs::path& file = *options_.bundles.shutter;
+    ReadWarnings warnings(options_.scene.reading.strict, file.string());
+    Bundle bundle =
+        shutterBundle(options_.bundles, tracer_.posed(), scene_->extent(), warnings);
+    for (const Text& sentence : warnings.sentences())
+        reporter_.warning(sentence);
+    return bundle;
+}
+
 std::vector<Bundle> Rays::chooseBundles() {
     const PosedScene& posed = tracer_.posed();
     const std::optional<Bounds> all = posed.bounds();
@@ -141,6 +153,8 @@ std::vector<Bundle> Rays::chooseBundles() {
             bundles.push_back(viewBundle(view));
         return bundles;
     }
+    if (options_.bundles.rays) return readRays(*options_.bundles.rays);
+    if (options_.bundles.shutter) return {movingBundle()};
     if (options_.bundles.usesCamera())
         return {{"camera", cmd::makeView(posed, scene_->extent(), options_.bundles.camera)}};
     if (options_.voxels) {
@@ -207,7 +221,10 @@ void Rays::makeViewFile(std::size_t view) {
 VerbAction declareRays(VerbOptions& verb) {
     const auto options = std::make_shared<RaysOptions>();
     addRaysOptions(verb, *options);
-    return [options](Session& session) { return Rays(*options, session).run(); };
+    return [options](Session& session) {
+        takeLens(options->bundles.lens, options->bundles.camera);
+        return Rays(*options, session).run();
+    };
 }
 
 }  // namespace peeler::cmd

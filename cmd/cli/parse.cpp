@@ -182,6 +182,13 @@ double parseFov(std::string_view text) {
     return degrees;
 }
 
+double parseLensFov(std::string_view text) {
+    const double degrees = parseNumber(text);
+    if (!(degrees > 0 && degrees <= 360))
+        throw Error(ErrorKind::kUsage, "expected an angle of at most 360 degrees");
+    return degrees;
+}
+
 Size parseSize(std::string_view text) {
     std::string lower(text);
     std::ranges::replace(lower, 'X', 'x');

@@ -41,8 +41,10 @@ glm::dvec3 parseVector(std::string_view text);
 /// Parses "x,y,z"; not all three may be 0.
 glm::dvec3 parseDirection(std::string_view text);
 
-/// Parses a field of view in degrees, between 0 and 180.
+/// Parses a field of view in degrees, below 180.
 double parseFov(std::string_view text);
+/// Parses the field of view of a camera that may have a lens: at most 360 degrees.
+double parseLensFov(std::string_view text);
 
 /// Parses "1920x1080", "1920X1080" or "1920". Throws Error (kUsage) if a side exceeds
 /// kMostPictureSide or the picture has more than kMostPixels pixels.

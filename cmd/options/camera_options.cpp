@@ -57,7 +57,8 @@ glm::dmat4 parsePose(const std::string& text) {
 
 }  // namespace
 
-void addCameraOptions(VerbOptions& verb, CameraOptions& options, SceneReadOptions* reading) {
+void addCameraOptions(VerbOptions& verb, CameraOptions& options, SceneReadOptions* reading,
+                      bool lenses) {
     const auto text = [](const std::string& value) { return value; };
     const auto vector = [](const std::string& value) { return parseVector(value); };
     const auto add = [&](const char* name, const char* value, auto& target, auto parse,
@@ -90,8 +91,10 @@ void addCameraOptions(VerbOptions& verb, CameraOptions& options, SceneReadOption
                 : "up direction in the picture (default: 0,1,0)")
         .group("Camera");
     add(
-        "--fov", "DEGREES", options.fov, [](const std::string& value) { return parseFov(value); },
-        "vertical field of view (default: 40)");
+        "--fov", "DEGREES", options.fov,
+        [lenses](const std::string& value) { return lenses ? parseLensFov(value) : parseFov(value); },
+        lenses ? "vertical field of view; with --lens, up to 360 (default: 40)"
+               : "vertical field of view (default: 40)");
     add(
         "--ortho-height", "H", options.ortho_height,
         [](const std::string& value) { return parsePositive(value); },

@@ -25,9 +25,10 @@ struct CameraOptions : CameraChoice {
 };
 
 /// Declares --camera, --eye, … --crop. If `reading` is not null, --up may also name an axis of the
-/// scene file, and the axis is stored in `reading`. All arguments must outlive the parse.
+/// scene file, and the axis is stored in `reading`. `lenses`: whether the verb takes lenses, with
+/// which the field of view may exceed 180°. All arguments must outlive the parse.
 void addCameraOptions(VerbOptions& verb, CameraOptions& options,
-                      SceneReadOptions* reading = nullptr);
+                      SceneReadOptions* reading = nullptr, bool lenses = false);
 
 /// Returns the view of the overload for CameraChoice, cropped to the tile.
 View makeView(const PosedScene& posed, const SceneExtent& extent, const CameraOptions& options);

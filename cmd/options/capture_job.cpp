@@ -16,6 +16,7 @@
 #include "core/base/stage_times.h"
 #include "core/capture/method.h"
 #include "core/raster/hit_rasterizer.h"
+#include "core/trace/traced_hits.h"
 #include "core/scene/camera_choice.h"
 #include "formats/file/content_hash.h"
 #include "formats/file/json_text.h"
@@ -199,21 +200,29 @@ RayEngine CaptureJob::chooseEngine() {
 }
 
 HitSource& CaptureJob::openHits(const PosedScene& posed) {
+    HitSource* pinholes = nullptr;
     if (chooseEngine() == RayEngine::kGl) {
-        if (!renderer_) return openRenderer(posed);
-        renderer_->setPose(posed);
-        return *renderer_;
+        if (renderer_)
+            renderer_->setPose(posed);
+        else
+            openRenderer(posed);
+        pinholes = renderer_;
+    } else {
+        rasterizer_ = std::make_unique<HitRasterizer>(posed);
+        pinholes = rasterizer_.get();
     }
-    rasterizer_ = std::make_unique<HitRasterizer>(posed);
-    return *rasterizer_;
+    traced_ = std::make_unique<TracedHits>(posed, *pinholes);
+    return *traced_;
 }
 
 void CaptureJob::releaseHits() {
+    traced_.reset();
     rasterizer_.reset();
     releaseRenderer();
 }
 
 void CaptureJob::discard() {
+    traced_.reset();
     rasterizer_.reset();
     closeContext();
     takeTimes();
@@ -250,7 +259,7 @@ float CaptureJob::meterExposure(const CaptureSettings& capture,
 
 StageTimes CaptureJob::takeTimes() {
     if (renderer_) add(times_, renderer_->takeTimes());
-    if (rasterizer_) add(times_, rasterizer_->takeTimes());
+    if (traced_) add(times_, traced_->takeTimes());
     return std::exchange(times_, {});
 }
 

@@ -142,7 +142,7 @@ class CaptureJob {
     std::optional<gl::Device> device_;
     GlRenderer* renderer_ = nullptr;   ///< owned by the session
     std::optional<RayEngine> engine_;  ///< kCpu or kGl; none = not chosen yet
-    std::unique_ptr<HitSource> rasterizer_;
+    std::unique_ptr<HitSource> rasterizer_, traced_;
 };
 
 }  // namespace peeler::cmd

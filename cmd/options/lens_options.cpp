@@ -51,7 +51,7 @@ void addLensOptions(VerbOptions& verb, LensOptions& options) {
 }
 
 void takeLens(const LensOptions& options, CameraOptions& camera) {
-    if (!options.model && !options.coefficients) return;
+    if (!options.isGiven()) return;
     const Lens lens = makeLens(options.model.value_or("opencv"),
                                options.coefficients.value_or(std::vector<double>()));
     if (isPinhole(lens)) return;

@@ -15,6 +15,8 @@ class VerbOptions;
 struct LensOptions {
     std::optional<std::string> model;
     std::optional<std::vector<double>> coefficients;
+
+    bool isGiven() const { return model || coefficients; }
 };
 
 /// Declares --lens and --distortion. `options` must outlive the parse.

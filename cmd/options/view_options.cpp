@@ -42,7 +42,7 @@ void refuseLoneCamera(const CameraOptions& camera, const std::string& views) {
         {camera.target.has_value(), "--target"},
         {camera.up.has_value(), "--up"},
         {camera.ortho_height.has_value(), "--ortho-height"},
-        {camera.intrinsics.has_value(), "--intrinsics"},
+        {camera.intrinsics && !camera.lens, "--intrinsics"},
         {camera.pose.has_value(), "--pose"},
     };
     for (const auto& [given, option] : lone)
@@ -83,6 +83,9 @@ void checkViewOptions(const ViewListOptions& options, const CameraOptions& camer
                "add --views N or --cameras FILE");
     if (!options.asked()) return;
     refuseLoneCamera(camera, options.file ? "--cameras" : "--views");
+    if (options.file && camera.lens)
+        refuse("the file defines the lenses of its cameras", "--lens, --cameras",
+               "leave one of them out");
     if (options.file && camera.fov)
         refuse("the file defines the field of view of its cameras", "--fov, --cameras",
                "leave one of them out");
@@ -96,6 +99,11 @@ void checkViewOptions(const ViewListOptions& options, const CameraOptions& camer
 CameraOptions cameraOf(const CameraChoice& view, const CameraOptions& camera) {
     CameraOptions result;
     static_cast<CameraChoice&>(result) = view;
+    if (camera.lens) {
+        result.lens = camera.lens;
+        result.intrinsics = camera.intrinsics;
+        result.fov.reset();
+    }
     if (camera.near) result.near = camera.near;
     if (camera.far) result.far = camera.far;
     result.crop = camera.crop;
@@ -186,7 +194,7 @@ ViewList::ViewList(const ViewListOptions& options, const CameraOptions& camera, 
     const Size given = camera.size_given ? camera.size : Size{0, 0};
     if (options.file) {
         ReadWarnings warnings(strict, options.file->string());
-        listed_ = readCameras(*options.file, {options.convention, given}, warnings);
+        listed_ = readCameras(*options.file, {options.convention, given, options.lenses}, warnings);
         tell(warnings);
     }
     for (const FileCamera& view : listed_)

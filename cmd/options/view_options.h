@@ -43,6 +43,7 @@ struct ViewListOptions {
     int first = 0;
     std::optional<std::filesystem::path> cameras_out;
     bool through_corners = false;  ///< ViewsAround::through_corners; set by presets
+    bool lenses = false;           ///< whether the verb takes cameras with lenses
 
     /// Whether --cameras or --views is given, even for a single view.
     bool asked() const { return file || count; }

@@ -11,6 +11,7 @@
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/errors.h"
 #include "cmd/cli/parse.h"
+#include "core/lens/picture_rays.h"
 #include "core/scene/camera_choice.h"
 #include "formats/file/regular_file.h"
 
@@ -95,8 +96,21 @@ void addBundleOptions(VerbOptions& verb, BundleOptions& options, SceneReadOption
              "box that bundles cover, as seen along their direction; each ray still crosses the "
              "whole scene (default: the scene's bounds)")
         .group(kGroup);
-    addCameraOptions(verb, options.camera, reading);
+    addFile(verb, "--rays", "FILE", options.rays,
+            "list of rays, instead of bundles: a .npy with an array (n, 6) or (h, w, 6), origin "
+            "and direction of each ray; or a .npz with rays, with origins and directions, or "
+            "with the angles of LiDAR beams (azimuths and elevations, or angles) and poses")
+        .files(".npy .npz")
+        .group(kGroup);
+    addCameraOptions(verb, options.camera, reading, true);
+    addLensOptions(verb, options.lens);
+    addFile(verb, "--shutter", "FILE", options.shutter,
+            "poses of a camera that moves while its picture is exposed (rolling shutter), in a "
+            "camera file as for --cameras: the first is that of the upper edge, the last that of "
+            "the lower edge")
+        .group("Camera");
     addViewOptions(verb, options.views);
+    options.views.lenses = true;
     verb.option("--camera")
         .description(
             "trace one ray per pixel of a camera: a camera of the scene, by name or index, or "
@@ -110,7 +124,14 @@ void checkBundleOptions(const BundleOptions& options) {
         !options.directions.empty() || options.count || options.file || options.axes;
     if (!options.asksForRays())
         refuse("no rays are given", "",
-               "give --direction X,Y,Z, --directions N, --directions-file, --axes or --camera");
+               "give --direction X,Y,Z, --directions N, --directions-file, --axes, --camera or "
+               "--rays");
+    if (options.rays && (parallel || options.usesCamera()))
+        refuse("a list of rays cannot be combined with bundles or cameras", "--rays",
+               "trace them in separate runs");
+    if (options.shutter && (options.views.file || options.views.count))
+        refuse("a moving camera is a single view", "--shutter, --cameras, --views",
+               "leave one of them out");
     if (parallel && options.usesCamera())
         refuse("a camera cannot be combined with parallel bundles", "--camera",
                "trace them in separate runs");
@@ -118,6 +139,9 @@ void checkBundleOptions(const BundleOptions& options) {
         refuse("a hemisphere needs a number of directions", "--hemisphere", "add --directions N");
     if (options.resolution && options.spacing)
         refuse("rays have either a resolution or a spacing", "--resolution, --spacing",
+               "leave one of them out");
+    if (options.rays && (options.resolution || options.spacing || options.bounds))
+        refuse("the file defines all rays", "--rays, --resolution, --spacing, --bounds",
                "leave one of them out");
     if (options.usesCamera() && (options.resolution || options.spacing || options.bounds))
         refuse("a camera has one ray per pixel", "--resolution, --spacing, --bounds",
@@ -176,6 +200,41 @@ std::vector<Bundle> parallelBundles(const BundleOptions& options, const Bounds& 
             bundles.push_back(std::move(bundle));
     }
     return bundles;
+}
+
+Bundle shutterBundle(const BundleOptions& options, const PosedScene& posed,
+                     const SceneExtent& extent, ReadWarnings& warnings) {
+    const std::string where = "--shutter " + options.shutter->string();
+    const Size given = options.camera.size_given ? options.camera.size : Size{0, 0};
+    const std::vector<FileCamera> cameras =
+        readCameras(*options.shutter, {options.views.convention, given, true}, warnings);
+    if (cameras.size() < 2)
+        refuse("a moving camera needs two or more poses", where,
+               "give the poses of the first and of the last row");
+    CameraOptions camera = options.camera;
+    if (!camera.lens && !camera.intrinsics && !camera.fov)
+        static_cast<CameraChoice&>(camera) = cameraChoice(cameras.front(), camera);
+    // From here on, a pinhole is a lens, too.
+    if (!camera.lens) {
+        camera.lens = Lens{"pinhole"};
+        if (camera.size.height == 0)
+            refuse("a moving camera needs a picture size",
+                   "--size " + std::to_string(camera.size.width),
+                   "give the height too: --size WxH");
+        if (!camera.intrinsics)
+            camera.intrinsics = intrinsicsOfAngle(
+                *camera.lens, glm::radians(camera.fov.value_or(kDefaultFov)) / 2, camera.size);
+        camera.fov.reset();
+    }
+    camera.pose = cameras.front().camera_to_world;
+    Bundle bundle{"camera", cmd::makeView(posed, extent, camera)};
+    std::vector<glm::dmat4> poses;
+    for (const FileCamera& row : cameras)
+        poses.push_back(row.camera_to_world);
+    View& view = bundle.view;
+    view.camera_to_world = glm::dmat4(1);
+    view.rays = shutterPicture(view.rays, std::move(poses), view.height);
+    return bundle;
 }
 
 }  // namespace peeler::cmd

@@ -9,6 +9,7 @@
 
 #include <peeler/bundle.h>
 #include "cmd/options/camera_options.h"
+#include "cmd/options/lens_options.h"
 #include "cmd/options/view_options.h"
 #include "core/scene/posed_scene.h"
 
@@ -24,7 +25,10 @@ struct BundleOptions {
     std::optional<std::filesystem::path> file;  ///< text file of directions
     bool axes = false;                          ///< bundles along X, Y and Z, on a common lattice
     CameraOptions camera;   ///< traces one ray per pixel, if any camera option is given
+    LensOptions lens;       ///< of `camera`, and of views around the scene
     ViewListOptions views;  ///< several cameras, one bundle for each
+    std::optional<std::filesystem::path> shutter;  ///< poses of a camera that moves (--shutter)
+    std::optional<std::filesystem::path> rays;     ///< file of rays, instead of all others
     /// The density: number of rays along the longer side of a bundle, or distance between rays in
     /// scene units.
     std::optional<int> resolution;
@@ -33,10 +37,10 @@ struct BundleOptions {
 
     /// Whether the options request any rays.
     bool asksForRays() const {
-        return usesCamera() || axes || count || file || !directions.empty();
+        return usesCamera() || axes || count || file || rays || !directions.empty();
     }
     bool usesCamera() const {
-        return views.asked() || camera.camera || camera.buildsCamera() || camera.intrinsics ||
+        return views.asked() || shutter || lens.isGiven() || camera.camera || camera.buildsCamera() || camera.intrinsics ||
                camera.near || camera.far || camera.crop;
     }
     RayGrid grid() const;
@@ -46,6 +50,12 @@ struct BundleOptions {
 /// arguments must outlive the parse.
 void addBundleOptions(VerbOptions& verb, BundleOptions& options,
                       SceneReadOptions* reading = nullptr);
+
+/// Returns the bundle of a camera whose poses are in a file (shutterPicture()). Without options of a
+/// camera, the file's first camera has the size and the focal lengths. Throws Error (kUsage) if the
+/// file has fewer than two poses, and like readCameras().
+Bundle shutterBundle(const BundleOptions& options, const PosedScene& posed,
+                     const SceneExtent& extent, ReadWarnings& warnings);
 
 /// Throws Error (kUsage) if the options request no rays or contradict each other. Does not need the
 /// scene.

@@ -118,7 +118,7 @@ void checkPoints(const RaysOptions& options) {
     if (options.voxels || options.writesPictures() || options.double_points)
         refuse("hits nearest to points cannot be combined with other outputs", "--points",
                "leave --map, --voxels and --double out");
-    if (options.bundles.usesCamera())
+    if (options.bundles.usesCamera() || options.bundles.rays)
         refuse("points need parallel rays", "--points", "give directions, not a camera");
     if (options.writesFile() && !isArrayName(options.output.path.string()))
         refuse("hits nearest to points are written as arrays only", options.output.path.string(),
@@ -153,7 +153,7 @@ nlohmann::json bundleJson(const Bundle& bundle) {
     const View& view = bundle.view;
     const Projection& projection = view.projection;
     const Window& crop = view.crop;
-    return {{"perspective", projection.perspective},
+    nlohmann::json json{{"perspective", projection.perspective},
             {"origin", numbers(bundle.origin())},
             {"right", numbers(bundle.right())},
             {"up", numbers(bundle.up())},
@@ -162,6 +162,8 @@ nlohmann::json bundleJson(const Bundle& bundle) {
             {"resolution", {view.width, view.height}},
             {"crop", {crop.x0, crop.y0, crop.x1, crop.y1}},
             {"sample", {view.sample.x, view.sample.y}}};
+    if (view.rays) json["rays"] = view.rays->text();
+    return json;
 }
 
 /// Throws Error (kUsage) if an output needs solids but not both faces are captured. Both faces are
@@ -254,7 +256,8 @@ void addRaysOptions(VerbOptions& verb, RaysOptions& options) {
 
 std::vector<std::filesystem::path> RaysOptions::inputs() const {
     std::vector<std::filesystem::path> files{scene.file};
-    for (const auto& file : {bundles.file, points, bundles.views.file})
+    for (const auto& file :
+         {bundles.file, bundles.rays, bundles.shutter, points, bundles.views.file})
         if (file) files.push_back(*file);
     return files;
 }

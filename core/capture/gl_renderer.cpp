@@ -111,6 +111,9 @@ GlPlan& GlRenderer::State::show(GlRenderer& renderer, const CapturePlan& planned
 CapturePlan GlRenderer::plan(const View& view, const CaptureSettings& settings,
                              const Progress& progress) {
     State& s = *state_;
+    if (view.rays)
+        throw Error(ErrorKind::kUsage, "lens distortion is not rendered", view.camera_name,
+                    "render a pinhole picture, or trace rays");
     s.castShadows(*this, settings);  // first, because it may itself plan and capture shadow maps
     checkSettings(settings);
     if (const auto before = s.latest.lock()) before->freeKept();

@@ -52,15 +52,10 @@ struct Band {
 };
 
 /// The ray of a pixel, in world space.
-struct PixelRay {
-    PixelRay(const View& view, const glm::dvec2& pixel)
-        : at(pixel),
-          origin(worldPosition(view, at.x, at.y, 0)),
-          direction(worldPosition(view, at.x, at.y, 1) - origin) {}
+struct PixelRay : Ray {
+    PixelRay(const View& view, const glm::dvec2& pixel) : Ray(rayOf(view, pixel)), at(pixel) {}
 
     glm::dvec2 at;  // pixel position in the picture
-    glm::dvec3 origin;
-    glm::dvec3 direction;  // direction of the ray, not normalised
 };
 
 /// The fragment whose channels are evaluated.
@@ -84,7 +79,9 @@ void normalOfTriangle(const Band&, const Fragment& f, double* out) {
 }
 
 void position(const Band& band, const Fragment& f, double* out) {
-    const glm::dvec3 world = worldPosition(band.sources.view, f.ray.at.x, f.ray.at.y, f.z);
+    const View& view = band.sources.view;
+    const glm::dvec3 world = view.rays ? f.ray.origin + f.z * f.ray.direction
+                                       : worldPosition(view, f.ray.at.x, f.ray.at.y, f.z);
     std::copy_n(&world.x, 3, out);
 }
 
@@ -118,7 +115,8 @@ void barycentric(const Band&, const Fragment& f, double* out) {
 
 void distance(const Band& band, const Fragment& f, double* out) {
     const View& view = band.sources.view;
-    *out = glm::distance(worldPosition(view, f.ray.at.x, f.ray.at.y, f.z), f.ray.origin);
+    *out = view.rays ? f.z
+                     : glm::distance(worldPosition(view, f.ray.at.x, f.ray.at.y, f.z), f.ray.origin);
 }
 
 /// The way to compute a channel from Z and the primitive. `evaluate` is null if a shader outputs

@@ -5,7 +5,6 @@
 #include <limits>
 #include <memory>
 #include <mutex>
-#include <numeric>
 #include <span>
 #include <utility>
 #include <vector>
@@ -17,7 +16,6 @@
 #include "core/base/stage_times.h"
 #include "core/fragments/bands.h"
 #include "core/fragments/supersampling.h"
-#include "core/fragments/surface_channels.h"
 #include "core/image/channels.h"
 #include "core/image/layers.h"
 #include "core/raster/hit_lists.h"
@@ -43,13 +41,9 @@ constexpr std::uint64_t kBandBytes = std::uint64_t{4} << 20;
 // The approximate fraction of a bundle's time that planning takes. Used for progress.
 constexpr double kPlanShare = 0.4;
 
-void checkHitSettings(const View& view, const CaptureSettings& settings) {
-    if (settings.hit_mode == HitMode::kNone || settings.composite || settings.samples > 1 ||
-        settings.max_layers != 0 || settings.occlusion_ratio > 0 || settings.clip.active() ||
-        settings.opaque_only || settings.surfaces != Surfaces::kAll) {
-        throw Error(ErrorKind::kInternal, "the ray tracer does not support these capture settings");
-    }
-    checkSurfaceChannels(settings.channels);
+void checkView(const View& view) {
+    if (view.rays)
+        throw Error(ErrorKind::kInternal, "the rasteriser does not support rays of a lens");
     if (view.crop.width() <= kMostSide && view.crop.height() <= kMostSide) return;
     throw Error(ErrorKind::kUsage,
                 "a bundle would have more than " + std::to_string(kMostSide) + " rays per side", "",
@@ -222,7 +216,8 @@ void HitRasterizer::State::freeBands() {
 CapturePlan HitRasterizer::plan(const View& view, const CaptureSettings& settings,
                                 const Progress& progress) {
     State& s = *state_;
-    checkHitSettings(view, settings);
+    checkHitSettings(settings);
+    checkView(view);
     s.shown = std::make_shared<HitPlan>(view, settings);
     HitPlan& plan = *s.shown;
     s.freeBands();
@@ -340,20 +335,7 @@ void HitRasterizer::State::captureBand(const Window& band, int section_top, cons
         });
     });
     if (settings.channels.empty()) return;
-    const std::span<const std::uint32_t> keys = image.extra.front().as<std::uint32_t>();
-    FragmentSources sources{posed, shown->seen.view, nullptr, keys, {}, nullptr};
-    std::vector<float> values;
-    std::vector<std::uint32_t> places;
-    if (shadedComponents(settings.channels) > 0) {
-        values = surfaceValues(posed, shown->seen.view, image, keys, settings.channels);
-        places.resize(hits);
-        std::iota(places.begin(), places.end(), 0U);
-        sources.shaded = places;
-        sources.values = values.data();
-    }
-    image.color.type = settings.color_type;  // type of the channels that fillChannels() writes
-    fillChannels(sources, settings.channels, image, std::span(image.extra).subspan(1));
-    if (settings.hit_mode == HitMode::kSloped) image.color.type = PixelType::kFloat;
+    fillHitChannels(posed, shown->seen.view, settings.channels, settings.color_type, image);
 }
 
 BandSize HitRasterizer::State::largest(std::span<const Window> bands) const {

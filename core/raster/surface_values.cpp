@@ -3,12 +3,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include <peeler/error.h>
 #include "core/base/color.h"
 #include "core/base/parallel.h"
+#include "core/fragments/surface_channels.h"
+#include "core/image/channels.h"
 #include "core/scene/elements.h"
+#include "core/scene/view.h"
 
 namespace peeler {
 namespace {
@@ -236,6 +240,15 @@ void checkSurfaceChannels(std::span<const Channel> channels) {
     }
 }
 
+void checkHitSettings(const CaptureSettings& settings) {
+    if (settings.hit_mode == HitMode::kNone || settings.composite || settings.samples > 1 ||
+        settings.max_layers != 0 || settings.occlusion_ratio > 0 || settings.clip.active() ||
+        settings.opaque_only || settings.surfaces != Surfaces::kAll) {
+        throw Error(ErrorKind::kInternal, "the ray tracer does not support these capture settings");
+    }
+    checkSurfaceChannels(settings.channels);
+}
+
 std::vector<float> surfaceValues(const PosedScene& posed, const View& view,
                                  const LayeredImage& band, std::span<const std::uint32_t> keys,
                                  std::span<const Channel> channels) {
@@ -259,8 +272,7 @@ std::vector<float> surfaceValues(const PosedScene& posed, const View& view,
             const glm::dvec2 at = glm::dvec2(band.window.x0 + static_cast<double>(x),
                                              band.window.y0 + static_cast<double>(row)) +
                                   view.sample;
-            const glm::dvec3 origin = worldPosition(view, at.x, at.y, 0);
-            const glm::dvec3 direction = worldPosition(view, at.x, at.y, 1) - origin;
+            const auto [origin, direction] = rayOf(view, at);
             for (std::uint32_t f = band.offsets[pixel]; f < band.offsets[pixel + 1]; ++f) {
                 WorldElement element = elementOf(posed, keys[f]);
                 placeCorners(posed, element);
@@ -279,6 +291,24 @@ std::vector<float> surfaceValues(const PosedScene& posed, const View& view,
         }
     });
     return values;
+}
+
+void fillHitChannels(const PosedScene& posed, const View& view, std::span<const Channel> channels,
+                     PixelType color_type, LayeredImage& band) {
+    const std::span<const std::uint32_t> keys = band.extra.front().as<std::uint32_t>();
+    FragmentSources sources{posed, view, nullptr, keys, {}, nullptr};
+    std::vector<float> values;
+    std::vector<std::uint32_t> places;
+    if (shadedComponents(channels) > 0) {
+        values = surfaceValues(posed, view, band, keys, channels);
+        places.resize(keys.size());
+        std::iota(places.begin(), places.end(), 0U);
+        sources.shaded = places;
+        sources.values = values.data();
+    }
+    const PixelType before = std::exchange(band.color.type, color_type);
+    fillChannels(sources, channels, band, std::span(band.extra).subspan(1));
+    band.color.type = before;
 }
 
 }  // namespace peeler

@@ -10,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include <peeler/capture_settings.h>
 #include <peeler/channels.h>
 #include <peeler/layered_image.h>
 #include <peeler/view.h>
@@ -37,6 +38,11 @@ glm::dvec4 texelAt(const Image& image, const TextureRef& texture, const glm::dve
 /// is not supported; bundles never request it.
 void checkSurfaceChannels(std::span<const Channel> channels);
 
+/// Throws Error (kInternal) if the settings request a picture or features that only pictures have
+/// (clip volumes, hidden surfaces, composites, samples, a layer limit), and like
+/// checkSurfaceChannels().
+void checkHitSettings(const CaptureSettings& settings);
+
 /// Returns the values of the channels (core/image/channels.h) for every hit of a band, as shaders
 /// would compute them. Records are laid out like FragmentSources::values: shadedComponents() floats
 /// per hit. `keys` has one entry per hit. Rows run in parallel; the result does not depend on their
@@ -44,5 +50,10 @@ void checkSurfaceChannels(std::span<const Channel> channels);
 std::vector<float> surfaceValues(const PosedScene& posed, const View& view,
                                  const LayeredImage& band, std::span<const std::uint32_t> keys,
                                  std::span<const Channel> channels);
+
+/// Fills the channels of a band of hits, which are the arrays behind that of the keys, extra[0].
+/// `color_type` is the type of channels like colours.
+void fillHitChannels(const PosedScene& posed, const View& view, std::span<const Channel> channels,
+                     PixelType color_type, LayeredImage& band);
 
 }  // namespace peeler

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include <peeler/error.h>
+#include "core/lens/picture_rays.h"
 
 namespace peeler::inline v0 {
 namespace {
@@ -117,8 +118,12 @@ double raysAcross(double extent, double spacing) {
 
 }  // namespace
 
+bool Bundle::oneEye() const {
+    return view.rays ? view.rays->oneEye() : view.projection.perspective;
+}
+
 double Bundle::tScale(int x, int y) const {
-    if (parallel()) return 1;
+    if (parallel() || view.rays) return 1;
     const glm::dvec2 at = glm::dvec2(x, y) + view.sample;
     return glm::distance(worldPosition(view, at.x, at.y, 1), origin());
 }
@@ -167,6 +172,10 @@ namespace {
 /// Returns the bundle's view, centred in a larger display window.
 View placed(const Bundle& bundle, int width, int height) {
     View view = bundle.view;
+    if (view.rays && (view.width != width || view.height != height))
+        throw Error(ErrorKind::kUsage, "pictures of different sizes do not fit into one file",
+                    bundle.name, "write one file per bundle");
+    if (view.rays) return view;
     const glm::ivec2 size(view.width, view.height), room = glm::ivec2(width, height) - size;
     const glm::ivec2 left_over(room.x % 2, room.y % 2), offset = room / 2;
     if (!bundle.parallel() && left_over != glm::ivec2(0)) {

@@ -10,6 +10,7 @@
 #include <peeler/error.h>
 #include <peeler/scene.h>
 #include "core/base/parallel.h"
+#include "core/scene/view.h"
 
 namespace peeler {
 
@@ -215,8 +216,8 @@ void RayMaps::begin(const Bundle& bundle) {
 }
 
 void RayMaps::evaluate(std::span<const float> t, std::span<const std::uint32_t> keys,
-                       RayMapScratch& scratch, std::span<float> out) const {
-    if (needs_spans_) scratch.spans.find(t, keys, *solids_, sides_ ? &*sides_ : nullptr);
+                       RayMapScratch& scratch, std::span<float> out, const Ray* along) const {
+    if (needs_spans_) scratch.spans.find(t, keys, *solids_, sides_ ? &*sides_ : nullptr, along);
     if (needs_paths_) findPaths(scratch);
     const MappedRay ray{t, solids_, settings_, path_materials_, scratch};
     std::size_t channel = 0;
@@ -232,6 +233,7 @@ void RayMaps::evaluateRows(const Bundle& bundle, const LayeredImage& band, int y
     const std::size_t rows = static_cast<std::size_t>(y1 - y0), plane = rows * width;
     const std::span<const std::uint32_t> keys = band.extra[0].as<std::uint32_t>();
     planes.resize(channels_.size() * plane);
+    const bool each_ray = sides_ && sides_->needRay();
     parallelFor(rows, [&](std::size_t row) {
         scratch_.with([&](RayMapScratch& scratch) {
             scratch.values.resize(channels_.size());
@@ -247,7 +249,8 @@ void RayMaps::evaluateRows(const Bundle& bundle, const LayeredImage& band, int y
                     scratch.t.resize(hits);
                     for (std::size_t k = 0; k < hits; ++k)
                         scratch.t[k] = static_cast<float>(band.z[begin + k] * scale);
-                    evaluate(scratch.t, keys.subspan(begin, hits), scratch, scratch.values);
+                    const Ray ray = each_ray ? rayOf(bundle.view, glm::dvec2(x, y) + bundle.view.sample) : Ray();
+                    evaluate(scratch.t, keys.subspan(begin, hits), scratch, scratch.values, &ray);
                 }
                 const std::vector<float>& values = hits > 0 ? scratch.values : scratch.nothing;
                 for (std::size_t c = 0; c < values.size(); ++c)

@@ -241,7 +241,9 @@ std::optional<TriangleSides> Solids::sides(const Bundle& bundle, Overlap overlap
 }
 
 TriangleSides::TriangleSides(const PosedScene& posed, const Bundle& bundle)
-    : posed_(posed), bundle_(bundle), sides_(bytes(posed)) {}
+    : posed_(posed),
+      bundle_(bundle),
+      sides_(bundle.parallel() || bundle.oneEye() ? bytes(posed) : 0) {}
 
 std::uint64_t TriangleSides::bytes(const PosedScene& posed) {
     const auto& surfaces = posed.drawList().surfaces();
@@ -252,21 +254,26 @@ std::uint64_t TriangleSides::bytes(const PosedScene& posed) {
 }
 
 std::int8_t TriangleSides::find(std::uint32_t key) const {
+    return sideOf(key, bundle_.parallel() ? std::optional(bundle_.direction()) : std::nullopt);
+}
+
+/// Returns the side that rays along `direction` cross or, without a direction, rays from the eye.
+std::int8_t TriangleSides::sideOf(std::uint32_t key,
+                                  const std::optional<glm::dvec3>& direction) const {
     WorldElement element = elementOf(posed_, key);
     placeCorners(posed_, element);
-    const glm::dvec3 direction =
-        bundle_.parallel() ? bundle_.direction() : element.corner[0] - bundle_.origin();
-    return glm::dot(element.normal(), direction) > 0 ? -1 : 1;
+    const glm::dvec3 along = direction.value_or(element.corner[0] - bundle_.origin());
+    return glm::dot(element.normal(), along) > 0 ? -1 : 1;
 }
 
 void SolidSpans::find(std::span<const float> t, std::span<const std::uint32_t> keys,
-                      const Solids& solids, const TriangleSides* sides) {
+                      const Solids& solids, const TriangleSides* sides, const Ray* ray) {
     spans_.clear();
     hits_.begin(solids.all().size());
     if (sides)
         for (const std::uint32_t key : keys)
             if (const std::uint32_t solid = solids.solidOf(key); solid != Solids::kNone)
-                hits_[solid].net += sides->turn(key);
+                hits_[solid].net += sides->turn(key, ray);
     for (std::size_t i = 0; i < keys.size(); ++i) {
         const std::uint32_t solid = solids.solidOf(keys[i]);
         if (solid == Solids::kNone) continue;
@@ -275,7 +282,7 @@ void SolidSpans::find(std::span<const float> t, std::span<const std::uint32_t> k
         ++hits.hits;
         const bool winds = sides && hits.net == 0 && solids.all()[solid].winds();
         const std::int32_t before = hits.depth;
-        hits.depth = winds ? before + sides->turn(keys[i]) : 1 - before;
+        hits.depth = winds ? before + sides->turn(keys[i], ray) : 1 - before;
         if (before != 0 && hits.depth != 0) continue;
         if (before != 0) {
             spans_[hits.span].end = t[i];

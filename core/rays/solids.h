@@ -15,6 +15,7 @@
 #include <peeler/layered_image.h>
 #include "core/base/parallel.h"
 #include "core/base/sparse_set.h"
+#include "core/lens/picture_rays.h"
 #include "core/scene/draw_list.h"
 #include "core/scene/posed_scene.h"
 
@@ -47,15 +48,19 @@ struct Solid {
     bool winds() const { return facing == SolidFacing::kOutward; }
 };
 
-/// The directions in which a bundle's rays cross triangles: into or out of the solid. All rays of a
-/// parallel or pinhole bundle cross a triangle in the same direction. Computed on first use;
-/// thread-safe.
+/// The directions in which a bundle's rays cross triangles: into or out of the solid. All rays that
+/// are parallel or begin at one point cross a triangle in the same direction, which is computed on
+/// first use. Thread-safe.
 class TriangleSides {
   public:
     TriangleSides(const PosedScene& posed, const Bundle& bundle);
 
-    /// Returns 1 if rays enter through the triangle of a key, −1 if they leave.
-    int turn(std::uint32_t key) const {
+    /// Whether turn() needs the ray.
+    bool needRay() const { return sides_.empty(); }
+    /// Returns 1 if rays enter through the triangle of a key, −1 if they leave. `ray` may be null
+    /// unless needRay().
+    int turn(std::uint32_t key, const Ray* ray = nullptr) const {
+        if (needRay()) return sideOf(key, ray->direction);
         const std::atomic_ref side(sides_[key]);
         std::int8_t known = side.load(std::memory_order_relaxed);
         if (known == 0) side.store(known = find(key), std::memory_order_relaxed);
@@ -66,6 +71,7 @@ class TriangleSides {
 
   private:
     std::int8_t find(std::uint32_t key) const;
+    std::int8_t sideOf(std::uint32_t key, const std::optional<glm::dvec3>& direction) const;
 
     PosedScene posed_;
     Bundle bundle_;
@@ -157,11 +163,12 @@ struct SolidHits {
 class SolidSpans {
   public:
     /// Finds the spans of a ray. `t` is in ascending order. `keys` are those of DrawList, with
-    /// coincident hits in draw order. `sides`: Solids::sides() of the ray's bundle, or null. Parity
+    /// coincident hits in draw order. `sides`: Solids::sides() of the ray's bundle, or null. `ray`
+    /// may be null unless the sides need it. Parity
     /// replaces winding numbers if `sides` is null, for solids that do not face outwards, and for
     /// solids that the ray does not leave as often as it enters them (because it grazes triangles).
     void find(std::span<const float> t, std::span<const std::uint32_t> keys, const Solids& solids,
-              const TriangleSides* sides = nullptr);
+              const TriangleSides* sides = nullptr, const Ray* ray = nullptr);
 
     /// Returns the spans of non-zero length, ordered by their beginnings. If several spans begin
     /// together, the longest is first, so that the others are inside it.

@@ -66,8 +66,6 @@ View lightCamera(const PosedScene& posed, const std::string& camera) {
     return *view;
 }
 
-constexpr double kDefaultFov = 40;  ///< degrees, vertical
-
 double aspectOf(const View& view) {
     return static_cast<double>(view.width) / view.height;
 }
@@ -228,7 +226,7 @@ void setDepthRange(View& view, const CameraChoice& choice, const Bounds& bounds)
         const double farthest = depthRange(bounds, view.camera_to_world).farthest;
         projection.far = std::max(farthest, projection.near) + 0.01 * sceneSize(bounds);
     }
-    if (projection.near >= 0 && (projection.near > 0 || !projection.perspective) &&
+    if (projection.near >= 0 && (projection.near > 0 || !projection.perspective || view.rays) &&
         projection.far > projection.near) {
         return;
     }
@@ -256,6 +254,10 @@ void checkCamera(const CameraChoice& choice) {
                         Parameter::kOrthoHeight + " build one",
                     Parameter::kCamera + " " + *choice.camera,
                     "leave out " + Parameter::kCamera + " or the others");
+    }
+    if (choice.fov && *choice.fov >= 180 && !choice.lens) {
+        throw Error(ErrorKind::kUsage, "a camera without a lens sees less than 180 degrees",
+                    Parameter::kFov, "give a smaller angle");
     }
     if (choice.fov && choice.ortho_height) {
         throw Error(ErrorKind::kUsage,
@@ -361,9 +363,6 @@ std::vector<std::string> cameraNames(const PosedScene& posed) {
 }
 
 View makeView(const PosedScene& posed, const SceneExtent& extent, const CameraChoice& choice) {
-    if (choice.lens)
-        throw Error(ErrorKind::kUsage, "lens distortion is not rendered", choice.lens->model,
-                    "undistort the pictures first");
     const Bounds box = extent.bounds();
     View view;
     if (choice.camera && namesLight(*choice.camera)) {
@@ -390,7 +389,10 @@ View makeView(const PosedScene& posed, const SceneExtent& extent, const CameraCh
     view.projection.half_width = view.projection.half_height * aspectOf(view);
     view.crop = {0, 0, view.width, view.height};
     if (choice.crop) checkCrop(*choice.crop, view.width, view.height);
-    if (choice.intrinsics) setIntrinsics(view, *choice.intrinsics);
+    if (choice.lens)
+        setLens(view, {*choice.lens, choice.intrinsics.value_or(Intrinsics())});
+    else if (choice.intrinsics)
+        setIntrinsics(view, *choice.intrinsics);
     setDepthRange(view, choice, box);
     if (const auto& crop = choice.crop) {
         const int x = view.crop.x0, y = view.crop.y0;

@@ -15,6 +15,9 @@ inline constexpr int kMostPictureSide = 65536;
 /// The maximum number of pixels. It is low enough for pixel indices to fit into 32 bits.
 inline constexpr std::uint64_t kMostPixels = std::uint64_t{1} << 30;
 
+/// The vertical field of view, in degrees, of a camera that is built without one.
+inline constexpr double kDefaultFov = 40;
+
 /// Whether a camera name refers to a light.
 bool namesLight(const std::string& camera);
 

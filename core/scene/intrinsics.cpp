@@ -129,6 +129,14 @@ void setIntrinsics(View& view, const Intrinsics& camera) {
     checkPixels({view.width, view.height});
 }
 
+void setLens(View& view, const LensCamera& camera) {
+    if (!view.projection.perspective)
+        throw Error(ErrorKind::kUsage, "an orthographic camera has no lens", camera.lens.model);
+    view.projection.near = 0;
+    view.projection.far = std::numeric_limits<double>::infinity();
+    view.rays = lensPicture(camera, {view.width, view.height});
+}
+
 }  // namespace peeler
 
 namespace peeler::inline v0 {
@@ -137,6 +145,12 @@ Intrinsics intrinsicsOf(const View& view) {
     if (!view.projection.perspective)
         throw Error(ErrorKind::kUsage, "an orthographic camera has no focal lengths",
                     view.camera_name);
+    if (const LensCamera* camera = view.rays ? view.rays->lens() : nullptr) {
+        Intrinsics intrinsics = camera->intrinsics;
+        intrinsics.cx -= view.crop.x0;
+        intrinsics.cy -= view.crop.y0;
+        return intrinsics;
+    }
     const Window& crop = view.crop;
     const SideLens x = lensOf(crop.width(), {view.width, crop.x0, view.sample.x},
                               view.projection.half_width),

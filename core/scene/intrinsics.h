@@ -4,6 +4,7 @@
 
 #include <peeler/camera_choice.h>
 #include <peeler/view.h>
+#include "core/lens/picture_rays.h"
 
 namespace peeler {
 
@@ -11,5 +12,9 @@ namespace peeler {
 /// intrinsics are not positive and finite, if the view is orthographic, or if the principal point
 /// is too far outside the picture.
 void setIntrinsics(View& view, const Intrinsics& camera);
+
+/// Gives a view the rays of a lens, which begin at the eye. Throws Error (kUsage) if the view is
+/// orthographic, or like LensRays::LensRays().
+void setLens(View& view, const LensCamera& camera);
 
 }  // namespace peeler

@@ -90,6 +90,10 @@ void Projection::toLinearZ(std::span<float> depths) const {
 }
 
 glm::dvec3 worldPosition(const View& view, double x, double y, double z) {
+    if (view.rays) {
+        const Ray ray = rayOf(view, {x, y});
+        return ray.origin + z * ray.direction;
+    }
     const Projection& projection = view.projection;
     const double scale = projection.perspective ? z : 1;
     const glm::dvec4 in_camera(projection.half_width * (2 * x / view.width - 1) * scale,
@@ -100,6 +104,16 @@ glm::dvec3 worldPosition(const View& view, double x, double y, double z) {
 }  // namespace peeler::inline v0
 
 namespace peeler {
+
+Ray rayOf(const View& view, const glm::dvec2& pixel) {
+    if (!view.rays) {
+        const glm::dvec3 origin = worldPosition(view, pixel.x, pixel.y, 0);
+        return {origin, worldPosition(view, pixel.x, pixel.y, 1) - origin};
+    }
+    const Ray ray = view.rays->at(pixel);
+    return {glm::dvec3(view.camera_to_world * glm::dvec4(ray.origin, 1)),
+            glm::dmat3(view.camera_to_world) * ray.direction};
+}
 
 double distanceFromRigid(const glm::dmat4& matrix) {
     const glm::dmat3 turn(matrix);

@@ -6,8 +6,14 @@
 #include <glm/glm.hpp>
 
 #include <peeler/view.h>
+#include "core/lens/picture_rays.h"
 
 namespace peeler {
+
+/// Returns the ray through a point of the picture, in pixel coordinates as in worldPosition(). In
+/// world space; the point at Z `z` (LayeredImage::z) is origin + z · direction. The direction is
+/// (0, 0, 0) if the point has no ray.
+Ray rayOf(const View& view, const glm::dvec2& pixel);
 
 /// Returns a matrix's distance from a rigid transform: the largest deviation of the determinant
 /// from 1, of the squared lengths of the axes from 1, or of the dot products of the axes from 0.

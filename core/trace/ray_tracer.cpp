@@ -135,6 +135,20 @@ RayTracer::RayTracer(PosedScene posed) : posed_(std::move(posed)) {
                          [this](std::uint32_t i) { return cornersOf(triangles_[i]); });
 }
 
+std::uint64_t RayTracer::mostBytes(const PosedScene& posed) {
+    // Measured for a triangle: its corners, its box while the tree is built, and its part of the
+    // tree.
+    constexpr std::uint64_t kTriangleBytes = 160;
+    std::uint64_t bytes = 0;
+    for (const MeshInstance& instance : posed.meshes())
+        for (std::size_t i = 0; i < posed.primitives(instance).size(); ++i) {
+            const Primitive& primitive = posed.primitives(instance)[i];
+            bytes += kTriangleBytes * elementsOf(primitive) +
+                     sizeof(Cells) * primitive.positions.size();
+        }
+    return bytes;
+}
+
 std::uint64_t RayTracer::bytes() const {
     return vertices_.capacity() * sizeof(Cells) + triangles_.capacity() * sizeof(Triangle) +
            tree_.bytes();

@@ -11,17 +11,13 @@
 #include <vector>
 
 #include <peeler/capture_settings.h>
+#include "core/lens/picture_rays.h"
 #include "core/raster/alpha_test.h"
 #include "core/scene/draw_list.h"
 #include "core/scene/posed_scene.h"
 #include "core/trace/triangle_tree.h"
 
 namespace peeler {
-
-/// A ray in world space. The length of `direction` is the unit of t.
-struct Ray {
-    glm::dvec3 origin{0}, direction{0};
-};
 
 /// The hits of a list of rays. Ray i has the hits offsets[i] to offsets[i + 1] − 1, in order of t;
 /// at equal t in draw order.
@@ -43,7 +39,8 @@ struct TraceSettings {
     double far = std::numeric_limits<double>::infinity();
 };
 
-/// Finds all hits of rays of any origins and directions.
+/// Finds all hits of rays of any origins and directions, in world space. The length of a direction
+/// is the unit of t.
 ///
 /// Vertices and rays are rounded to integers (CellGrid). Which triangles a ray hits is then decided
 /// exactly, and the ray is moved symbolically so that it touches no edge. Every ray that begins
@@ -57,6 +54,10 @@ class RayTracer {
   public:
     /// Throws Error (kInput) if the scene has 2^31 triangles or vertices, or more.
     explicit RayTracer(PosedScene posed);
+
+    /// Returns an estimate, from above, of the bytes that a RayTracer of a scene takes while it is
+    /// built.
+    static std::uint64_t mostBytes(const PosedScene& posed);
 
     /// Finds the hits of rays, in parallel. Overwrites `hits`.
     void trace(std::span<const Ray> rays, const TraceSettings& settings, RayHits& hits) const;

@@ -100,7 +100,7 @@ void HitReader::place(std::span<const std::uint32_t> keys, Storage& storage, Hit
 void HitReader::measure(const Bundle& bundle, const LayeredImage& band, Storage& storage,
                         HitBatch& hits) const {
     hits.t = std::span(band.z).subspan(hits.first, hits.size);
-    if (bundle.parallel() && !positions_) return;
+    if ((bundle.parallel() || bundle.view.rays) && !positions_) return;
     storage.t.resize(hits.size);
     storage.positions.resize(positions_ ? hits.size : 0);
     const auto width = static_cast<std::size_t>(band.window.width());

@@ -37,6 +37,7 @@ struct RayGrid {
 };
 
 /// A grid of rays, one per pixel of `view` (through the pixel's sample), row by row from the top.
+/// Pixels for which View::rays has no ray are rays without hits.
 /// The bands of a traced bundle hold the hits; `extra[0]` holds the keys of the hit primitives
 /// (kKeyChannel).
 struct Bundle {
@@ -44,6 +45,8 @@ struct Bundle {
     View view;
 
     bool parallel() const { return !view.projection.perspective; }
+    /// Whether all rays begin at origin().
+    bool oneEye() const;
     std::size_t rays() const { return view.crop.pixels(); }
     /// Return unit vectors in world space. direction() is the viewing axis.
     glm::dvec3 direction() const { return -glm::dvec3(view.camera_to_world[2]); }

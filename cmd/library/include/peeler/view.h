@@ -4,6 +4,7 @@
 
 #include <glm/glm.hpp>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -11,6 +12,10 @@
 #include <peeler/window.h>
 
 #pragma GCC visibility push(default)
+
+namespace peeler {
+class PictureRays;  // core/lens/picture_rays.h
+}
 
 namespace peeler::inline v0 {
 
@@ -56,6 +61,10 @@ struct View {
     Window crop;                     ///< the rendered pixels, inside the display window
     glm::dvec2 sample{0.5};          ///< position of the sample within a pixel, 0–1, y down
     bool known = true;               ///< false = the file has no camera, only windows
+    /// The rays of a lens, of a moving camera, or of a list; null for a pinhole and for parallel
+    /// rays. If set, `projection` is that of a pinhole camera and defines only the depth range, Z
+    /// and the range are distances along the rays, and only hits can be captured, without GL.
+    std::shared_ptr<const PictureRays> rays{};
 };
 
 /// Returns the world-space point at camera Z `z` (scene units) on the ray through (x, y). `x` and

@@ -1,0 +1,374 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/trace/traced_hits.h"
+
+#include <algorithm>
+#include <atomic>
+#include <limits>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+#include <peeler/error.h>
+#include "core/base/memory_budget.h"
+#include "core/base/parallel.h"
+#include "core/base/process_memory.h"
+#include "core/base/resize_anew.h"
+#include "core/base/stage_times.h"
+#include "core/fragments/bands.h"
+#include "core/fragments/supersampling.h"
+#include "core/image/channels.h"
+#include "core/image/layers.h"
+#include "core/raster/surface_values.h"
+#include "core/trace/ray_tracer.h"
+
+namespace peeler {
+namespace {
+
+// Rays that are traced together, and the side of the squares of pixels in which rays of one eye are
+// passed to the tracer.
+constexpr std::uint64_t kRaysAtOnce = std::uint64_t{1} << 17;
+constexpr int kTile = 8;
+constexpr std::uint64_t kKeptBytes = std::uint64_t{1} << 30;  // maximum bytes of the kept hits
+constexpr std::uint64_t kTracedBandBytes = std::uint64_t{4} << 20;
+// The bytes of a ray while it is traced: the ray itself in both orders, and its place.
+constexpr std::uint64_t kRayBytes = 2 * sizeof(Ray) + 3 * sizeof(std::uint64_t);
+// Planning takes nearly all of the time if all hits are kept.
+constexpr double kTracedPlanShare = 0.8;
+
+/// The hits of some rows of a picture.
+struct TracedRows {
+    Window window;
+    std::vector<std::uint32_t> offsets;  ///< as in LayeredImage
+    std::vector<float> z;
+    std::vector<std::uint32_t> keys;
+
+    std::uint64_t bytes() const { return 4 * (offsets.size() + z.size() + keys.size()); }
+};
+
+/// A plan, and the hits of its first rows.
+struct TracedPlan final : CapturePlan::Details {
+    TracedPlan(const View& of, const CaptureSettings& asked,
+               std::shared_ptr<std::atomic<std::uint64_t>> all_kept)
+        : view(of), settings(asked), complexity(of.crop), kept_bytes(std::move(all_kept)) {}
+    TracedPlan(const TracedPlan&) = delete;
+    TracedPlan& operator=(const TracedPlan&) = delete;
+    ~TracedPlan() override {
+        for (const TracedRows& rows : kept)
+            *kept_bytes -= rows.bytes();
+    }
+
+    View view;
+    CaptureSettings settings;
+    DepthComplexity complexity;
+    std::vector<TracedRows> kept{};                          ///< from the top
+    std::uint64_t largest_rows = 0;                          ///< bytes of the largest TracedRows
+    std::shared_ptr<std::atomic<std::uint64_t>> kept_bytes;  ///< of all plans of a source
+};
+
+/// Returns the rows, from `y0` on, that are traced together.
+Window rowsAt(const Window& crop, int y0) {
+    const std::uint64_t rows = kRaysAtOnce / static_cast<std::uint64_t>(crop.width());
+    const auto limit = static_cast<int>(std::max<std::uint64_t>(rows / kTile, 1)) * kTile;
+    return {crop.x0, y0, crop.x1, std::min(crop.y1, y0 + std::min(limit, crop.y1 - y0))};
+}
+
+/// Returns the pixels of a window tile by tile, as indices of its rows.
+std::vector<std::uint32_t> tiledOrder(const Window& window) {
+    std::vector<std::uint32_t> order;
+    order.reserve(window.pixels());
+    for (int y0 = 0; y0 < window.height(); y0 += kTile)
+        for (int x0 = 0; x0 < window.width(); x0 += kTile)
+            for (int y = y0; y < std::min(window.height(), y0 + kTile); ++y)
+                for (int x = x0; x < std::min(window.width(), x0 + kTile); ++x)
+                    order.push_back(static_cast<std::uint32_t>(y * window.width() + x));
+    return order;
+}
+
+/// Returns the rays of a window in world space, in an order of pixels (empty: row by row).
+std::vector<Ray> raysOf(const View& view, const Window& window,
+                        std::span<const std::uint32_t> order) {
+    std::vector<Ray> rays(window.pixels());
+    const int at_once =
+        std::clamp(1024 / std::max(1, window.width()), 1, std::max(1, window.height()));
+    const glm::dmat3 turn(view.camera_to_world);
+    parallelFor(static_cast<std::size_t>((window.height() + at_once - 1) / at_once),
+                [&](std::size_t task) {
+                    Window rows = window;
+                    rows.y0 += static_cast<int>(task) * at_once;
+                    rows.y1 = std::min(window.y1, rows.y0 + at_once);
+                    const std::span some =
+                        std::span(rays).subspan(static_cast<std::size_t>(rows.y0 - window.y0) *
+                                                    static_cast<std::size_t>(window.width()),
+                                                rows.pixels());
+                    view.rays->fill(rows, view.sample, some);
+                    for (Ray& ray : some)
+                        ray = {glm::dvec3(view.camera_to_world * glm::dvec4(ray.origin, 1)),
+                               turn * ray.direction};
+                });
+    if (order.empty()) return rays;
+    std::vector<Ray> ordered(rays.size());
+    for (std::size_t i = 0; i < order.size(); ++i)
+        ordered[i] = rays[order[i]];
+    return ordered;
+}
+
+}  // namespace
+
+struct TracedHits::State {
+    State(PosedScene in_pose, HitSource& other_views)
+        : posed(std::move(in_pose)), others(other_views) {}
+
+    void build(const MemoryBudget& memory);
+    TracedRows trace(const TracedPlan& plan, const Window& window);
+    void keep(TracedPlan& plan, TracedRows&& rows, std::uint64_t most);
+    BandCosts costs(const TracedPlan& traced, const Plan& plan, const Sink& sink) const;
+    void captureBand(const TracedPlan& plan, const Window& band);
+
+    PosedScene posed;
+    HitSource& others;
+    std::unique_ptr<RayTracer> tracer;
+    StageTimes times;
+    std::shared_ptr<std::atomic<std::uint64_t>> kept_bytes =
+        std::make_shared<std::atomic<std::uint64_t>>(0);
+    TracedRows again;  ///< rows that capture() traces again
+    LayeredImage image;
+};
+
+TracedHits::TracedHits(PosedScene posed, HitSource& others)
+    : state_(std::make_unique<State>(std::move(posed), others)) {}
+
+TracedHits::~TracedHits() = default;
+
+const PosedScene& TracedHits::posed() const {
+    return state_->posed;
+}
+
+bool TracedHits::prefersLines() const {
+    return state_->others.prefersLines();
+}
+
+StageTimes TracedHits::takeTimes() {
+    StageTimes times = std::exchange(state_->times, {});
+    add(times, state_->others.takeTimes());
+    return times;
+}
+
+void TracedHits::State::build(const MemoryBudget& memory) {
+    if (tracer) return;
+    const StageTimer timer(times, "tree");
+    const std::uint64_t needed = RayTracer::mostBytes(posed);
+    if (memory != 0)
+        checkMemory(memory, usedBytesWith(memory, needed) + needed, "for the tree of triangles");
+    tracer = std::make_unique<RayTracer>(posed);
+}
+
+TracedRows TracedHits::State::trace(const TracedPlan& plan, const Window& window) {
+    const View& view = plan.view;
+    const auto order = view.rays->oneEye() ? tiledOrder(window) : std::vector<std::uint32_t>();
+    TraceSettings settings{.faces = plan.settings.faces};
+    if (!plan.settings.depth_clamp) {
+        settings.near = view.projection.near;
+        settings.far = view.projection.far;
+    }
+    RayHits hits;
+    tracer->trace(raysOf(view, window, order), settings, hits);
+    constexpr std::uint64_t kMostHits = std::numeric_limits<std::uint32_t>::max();
+    if (hits.t.size() > kMostHits)
+        throw Error(ErrorKind::kInput, "some rows of the picture have more than 2^32 hits", "",
+                    "give a smaller " + Parameter::kSize);
+    TracedRows rows{window, std::vector<std::uint32_t>(window.pixels() + 1), {}, {}};
+    if (order.empty()) {
+        std::ranges::transform(hits.offsets, rows.offsets.begin(),
+                               [](std::uint64_t at) { return static_cast<std::uint32_t>(at); });
+        rows.z = std::move(hits.t);
+        rows.keys = std::move(hits.keys);
+        return rows;
+    }
+    for (std::size_t i = 0; i < order.size(); ++i)
+        rows.offsets[order[i] + 1] = static_cast<std::uint32_t>(hits.count(i));
+    std::partial_sum(rows.offsets.begin(), rows.offsets.end(), rows.offsets.begin());
+    rows.z.resize(hits.t.size());
+    rows.keys.resize(hits.t.size());
+    for (std::size_t i = 0; i < order.size(); ++i) {
+        const auto from = static_cast<std::ptrdiff_t>(hits.offsets[i]);
+        const auto count = static_cast<std::ptrdiff_t>(hits.count(i));
+        const auto to = static_cast<std::ptrdiff_t>(rows.offsets[order[i]]);
+        std::copy_n(hits.t.begin() + from, count, rows.z.begin() + to);
+        std::copy_n(hits.keys.begin() + from, count, rows.keys.begin() + to);
+    }
+    return rows;
+}
+
+/// Keeps rows whose predecessors are kept, too, if they fit.
+void TracedHits::State::keep(TracedPlan& plan, TracedRows&& rows, std::uint64_t most) {
+    const int next = plan.kept.empty() ? plan.view.crop.y0 : plan.kept.back().window.y1;
+    if (rows.window.y0 != next || *kept_bytes + rows.bytes() > most) return;
+    *kept_bytes += rows.bytes();
+    plan.kept.push_back(std::move(rows));
+}
+
+CapturePlan TracedHits::plan(const View& view, const CaptureSettings& settings,
+                             const Progress& progress) {
+    State& s = *state_;
+    if (!view.rays) return s.others.plan(view, settings, progress);
+    checkHitSettings(settings);
+    if (settings.hit_mode == HitMode::kSloped)
+        throw Error(ErrorKind::kInternal, "rays of a lens have no depth slopes");
+    s.build(settings.memory);
+    const StageTimer timer(s.times, "count");
+    auto traced = std::make_shared<TracedPlan>(view, settings, s.kept_bytes);
+    std::uint64_t most = kKeptBytes;
+    if (settings.memory != 0) {
+        const std::uint64_t used = usedBytes(settings.memory);
+        most = std::min(
+            most,
+            *s.kept_bytes + (settings.memory - std::min<std::uint64_t>(used, settings.memory)) / 2);
+    }
+    const Window& crop = view.crop;
+    for (Window rows = rowsAt(crop, crop.y0); !rows.empty(); rows = rowsAt(crop, rows.y1)) {
+        TracedRows found = s.trace(*traced, rows);
+        const auto width = static_cast<std::size_t>(rows.width());
+        std::vector<std::uint32_t> counts(width);
+        for (int y = rows.y0; y < rows.y1; ++y) {
+            const std::size_t first = static_cast<std::size_t>(y - rows.y0) * width;
+            for (std::size_t x = 0; x < width; ++x)
+                counts[x] = found.offsets[first + x + 1] - found.offsets[first + x];
+            traced->complexity.addRow(rows.x0, y, counts);
+        }
+        traced->largest_rows = std::max(traced->largest_rows, found.bytes());
+        s.keep(*traced, std::move(found), most);
+        if (progress)
+            progress(kTracedPlanShare * static_cast<double>(rows.y1 - crop.y0) / crop.height());
+    }
+    Plan plan;
+    plan.view = view;
+    plan.color_type = settings.color_type;
+    plan.channel_bytes = channelBytes(settings.channels, plan.color_type) + sizeof(std::uint32_t);
+    plan.layers = traced->complexity.layers();
+    plan.fragments_counted = plan.fragments_stored = traced->complexity.counted();
+    return {plan, std::move(traced)};
+}
+
+BandCosts TracedHits::State::costs(const TracedPlan& traced, const Plan& plan,
+                                   const Sink& sink) const {
+    const CaptureSettings& settings = traced.settings;
+    const auto width = static_cast<std::uint64_t>(plan.view.crop.width());
+    const std::uint64_t hit = sizeof(float) + settings.colorBytes() + plan.channel_bytes;
+    BandCosts costs;
+    costs.use =
+        sinkUse(sink, plan, hit, [&](int rows) { return traced.complexity.mostFragments(rows); });
+    costs.use.pixel += sizeof(std::uint32_t);
+    costs.use.fragment += hit;
+    if (const std::size_t floats = shadedComponents(settings.channels); floats > 0)
+        costs.use.fragment += floats * sizeof(float) + sizeof(std::uint32_t);
+    costs.band_bytes =
+        std::max(std::min(settings.band_bytes, kTracedBandBytes), 4 * width * costs.use.pixel);
+    const bool all_kept = !traced.kept.empty() && traced.kept.back().window.y1 == plan.view.crop.y1;
+    if (!all_kept)
+        costs.use.fixed += kRayBytes * rowsAt(plan.view.crop, plan.view.crop.y0).pixels() +
+                           3 * traced.largest_rows;
+    costs.largest_array_bytes = 1;
+    costs.storage_block_bytes = std::numeric_limits<std::uint32_t>::max();
+    return costs;
+}
+
+/// Copies the hits of a band from traced rows, and fills the channels.
+void TracedHits::State::captureBand(const TracedPlan& plan, const Window& band) {
+    const CaptureSettings& settings = plan.settings;
+    std::size_t hits = 0;
+    for (int y = band.y0; y < band.y1; ++y)
+        hits += plan.complexity.rowFragments(y);
+    image.window = band;
+    image.color.type = settings.color_type;
+    image.color.channels.clear();
+    image.color.data.clear();
+    image.extra.resize(1 + settings.channels.size());
+    FragmentArray& keys = image.extra.front();
+    keys.channels = {kKeyChannel};
+    keys.type = PixelType::kUint;
+    resizeAnew(image.offsets, band.pixels() + 1);
+    resizeAnew(image.z, hits);
+    resizeAnew(keys.data, hits * sizeof(std::uint32_t));
+    const auto width = static_cast<std::size_t>(band.width());
+    std::uint32_t stored = 0;
+    for (int y = band.y0; y < band.y1;) {
+        const auto kept = std::ranges::find_if(
+            plan.kept, [y](const TracedRows& rows) { return y < rows.window.y1; });
+        if (kept == plan.kept.end() && (y < again.window.y0 || y >= again.window.y1)) {
+            const StageTimer timer(times, "count");
+            const int from =
+                again.window.empty() || again.window.y1 > y
+                    ? (plan.kept.empty() ? plan.view.crop.y0 : plan.kept.back().window.y1)
+                    : again.window.y1;
+            again = {};
+            again = trace(plan, rowsAt(plan.view.crop, from));
+        }
+        const TracedRows& rows = kept == plan.kept.end() ? again : *kept;
+        const int end = std::min(band.y1, rows.window.y1);
+        const std::size_t first = static_cast<std::size_t>(y - rows.window.y0) * width;
+        const std::size_t pixels = static_cast<std::size_t>(end - y) * width;
+        const std::uint32_t from = rows.offsets[first], to = rows.offsets[first + pixels];
+        std::uint32_t* const offsets = image.offsets.data() + image.pixelIndex(band.x0, y);
+        for (std::size_t p = 0; p < pixels; ++p)
+            offsets[p] = stored + rows.offsets[first + p] - from;
+        std::copy(rows.z.begin() + from, rows.z.begin() + to, image.z.begin() + stored);
+        std::copy(rows.keys.begin() + from, rows.keys.begin() + to,
+                  keys.as<std::uint32_t>().begin() + stored);
+        stored += to - from;
+        y = end;
+    }
+    image.offsets.back() = stored;
+    if (!settings.channels.empty())
+        fillHitChannels(posed, plan.view, settings.channels, settings.color_type, image);
+}
+
+namespace {
+
+/// Returns the plan of a view with rays, or null for a plan of another source.
+std::shared_ptr<TracedPlan> tracedPlan(const CapturePlan& plan) {
+    return std::dynamic_pointer_cast<TracedPlan>(plan.details);
+}
+
+BandLimits bandLimitsOf(const TracedPlan& plan, const BandCosts& costs) {
+    return bandLimits(plan.settings.memory, usedBytes(plan.settings.memory), costs);
+}
+
+}  // namespace
+
+std::uint64_t TracedHits::forecastMemory(const CapturePlan& planned, const Sink& sink) {
+    State& s = *state_;
+    const auto plan = tracedPlan(planned);
+    if (!plan) return s.others.forecastMemory(planned, sink);
+    const BandCosts costs = s.costs(*plan, planned, sink);
+    const auto row_hits = [&](int y) { return plan->complexity.rowFragments(y); };
+    const auto bands = cutBands(plan->view.crop, bandLimitsOf(*plan, costs), row_hits);
+    return residentBytes() + costs.use.fixed + largestBandBytes(bands, costs, row_hits);
+}
+
+CaptureReport TracedHits::capture(const CapturePlan& planned, Sink& sink,
+                                  const Progress& progress) {
+    State& s = *state_;
+    const auto plan = tracedPlan(planned);
+    if (!plan) return s.others.capture(planned, sink, progress);
+    const BandLimits limits = bandLimitsOf(*plan, s.costs(*plan, planned, sink));
+    const Window& crop = plan->view.crop;
+    const auto bands =
+        cutBands(crop, limits, [&](int y) { return plan->complexity.rowFragments(y); });
+    CaptureReport report{.passes = 1};
+    s.again = {};
+    for (const Window& band : bands) {
+        {
+            const StageTimer timer(s.times, "capture");
+            s.captureBand(*plan, band);
+        }
+        ++report.bands;
+        sink.write(std::move(s.image));
+        if (progress)
+            progress(kTracedPlanShare + (1 - kTracedPlanShare) *
+                                            static_cast<double>(band.y1 - crop.y0) / crop.height());
+    }
+    s.again = {};
+    return report;
+}
+
+}  // namespace peeler
