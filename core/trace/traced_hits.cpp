@@ -26,9 +26,9 @@ namespace {
 
 // Rays that are traced together, and the side of the squares of pixels in which rays of one eye are
 // passed to the tracer.
-constexpr std::uint64_t kRaysAtOnce = std::uint64_t{1} << 17;
+constexpr std::uint64_t kRaysAtOnce = std::uint64_t{1} << 15;
 constexpr int kTile = 8;
-constexpr std::uint64_t kKeptBytes = std::uint64_t{1} << 30;  // maximum bytes of the kept hits
+constexpr std::uint64_t kKeptBands = 4;  // maximum bytes of the kept hits, in largest bands
 constexpr std::uint64_t kTracedBandBytes = std::uint64_t{4} << 20;
 // The bytes of a ray while it is traced: the ray itself in both orders, and its place.
 constexpr std::uint64_t kRayBytes = 2 * sizeof(Ray) + 3 * sizeof(std::uint64_t);
@@ -120,6 +120,7 @@ struct TracedHits::State {
 
     void build(const MemoryBudget& memory);
     TracedRows trace(const TracedPlan& plan, const Window& window);
+    std::uint64_t mostKept(const Window& crop, const CaptureSettings& settings) const;
     void keep(TracedPlan& plan, TracedRows&& rows, std::uint64_t most);
     BandCosts costs(const TracedPlan& traced, const Plan& plan, const Sink& sink) const;
     void captureBand(const TracedPlan& plan, const Window& band);
@@ -199,6 +200,20 @@ TracedRows TracedHits::State::trace(const TracedPlan& plan, const Window& window
     return rows;
 }
 
+/// Returns the limit of the bytes of all kept hits: half of the memory that bands may take.
+std::uint64_t TracedHits::State::mostKept(const Window& crop,
+                                          const CaptureSettings& settings) const {
+    const std::uint64_t most = kKeptBands * settings.band_bytes;
+    if (settings.memory == 0) return most;
+    BandCosts costs;
+    costs.band_bytes = most;
+    costs.use = {kRayBytes * rowsAt(crop, crop.y0).pixels(), 1, 1};
+    costs.largest_array_bytes = 1;
+    costs.storage_block_bytes = std::numeric_limits<std::uint64_t>::max();
+    const BandLimits left = bandLimits(settings.memory, usedBytes(settings.memory), costs);
+    return std::min(most, *kept_bytes + left.row_fragments / 3 * 4 / 2);
+}
+
 /// Keeps rows whose predecessors are kept, too, if they fit.
 void TracedHits::State::keep(TracedPlan& plan, TracedRows&& rows, std::uint64_t most) {
     const int next = plan.kept.empty() ? plan.view.crop.y0 : plan.kept.back().window.y1;
@@ -217,14 +232,8 @@ CapturePlan TracedHits::plan(const View& view, const CaptureSettings& settings,
     s.build(settings.memory);
     const StageTimer timer(s.times, "count");
     auto traced = std::make_shared<TracedPlan>(view, settings, s.kept_bytes);
-    std::uint64_t most = kKeptBytes;
-    if (settings.memory != 0) {
-        const std::uint64_t used = usedBytes(settings.memory);
-        most = std::min(
-            most,
-            *s.kept_bytes + (settings.memory - std::min<std::uint64_t>(used, settings.memory)) / 2);
-    }
     const Window& crop = view.crop;
+    const std::uint64_t most = s.mostKept(crop, settings);
     for (Window rows = rowsAt(crop, crop.y0); !rows.empty(); rows = rowsAt(crop, rows.y1)) {
         TracedRows found = s.trace(*traced, rows);
         const auto width = static_cast<std::size_t>(rows.width());

@@ -13,11 +13,14 @@
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 #include <type_traits>
 #include <vector>
 
 #include <peeler/bundle.h>
+#include "core/lens/picture_rays.h"
 #include "core/raster/hit_rasterizer.h"
+#include "core/trace/traced_hits.h"
 #include "support/closed_meshes.h"
 #include "support/traced_hits.h"
 
@@ -124,9 +127,27 @@ void printHashes(const std::string& name, const Scene& scene) {
     eye.projection.half_width = eye.projection.half_height = 0.7;
     eye.projection.near = 0.01 * glm::length(box.max - box.min);
     views.push_back(eye);
-    HitRasterizer source(posed);
+    // Lenses see the same from the same eye, and a moving camera sees it from two.
+    eye.projection.near = 0;
+    for (const auto& [model, coefficients, size] :
+         {std::tuple("fisheye", std::vector<double>(), Size{160, 160}),
+          std::tuple("opencv", std::vector{0.1, -0.02, 1e-3, -2e-3, 0.01}, Size{160, 160}),
+          std::tuple("equirectangular", std::vector<double>(), Size{320, 160})}) {
+        eye.width = size.width;
+        eye.height = size.height;
+        eye.crop = {0, 0, size.width, size.height};
+        eye.rays = lensPicture({{model, coefficients}, {60, 61, 79.3, 80.1}}, size);
+        views.push_back(eye);
+    }
+    View moving = views[views.size() - 2];
+    moving.rays = shutterPicture(moving.rays, {eye.camera_to_world, views[0].camera_to_world}, 160);
+    moving.camera_to_world = glm::dmat4(1);
+    views.push_back(moving);
+    HitRasterizer rasterizer(posed);
+    peeler::TracedHits source(posed, rasterizer);
     for (const View& view : views) {
         for (const HitMode mode : {HitMode::kRefined, HitMode::kSloped}) {
+            if (view.rays && mode == HitMode::kSloped) continue;
             CaptureSettings settings = hitSettings(mode);
             settings.depth_clamp = mode == HitMode::kRefined;
             settings.channels = {Channel::kNormal,   Channel::kGeometricNormal, Channel::kFacing,
@@ -137,7 +158,9 @@ void printHashes(const std::string& name, const Scene& scene) {
             Hash hash;
             hash.add(traced.image);
             std::printf("%s: %s%s, %zu hits %016llx\n", name.c_str(),
-                        view.projection.perspective ? "a pinhole" : "parallel rays",
+                        view.rays                     ? view.rays->text().c_str()
+                        : view.projection.perspective ? "a pinhole"
+                                                      : "parallel rays",
                         mode == HitMode::kSloped ? " with slopes" : "", traced.image.fragments(),
                         hash.value());
         }
