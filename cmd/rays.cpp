@@ -134,8 +134,7 @@ Bundle Rays::viewBundle(std::size_t view) const {
 Bundle Rays::movingBundle() {
     const fs::path& file = *options_.bundles.shutter;
     ReadWarnings warnings(options_.scene.reading.strict, file.string());
-    Bundle bundle =
-        shutterBundle(options_.bundles, tracer_.posed(), scene_->extent(), warnings);
+    Bundle bundle = shutterBundle(options_.bundles, tracer_.posed(), scene_->extent(), warnings);
     for (const Text& sentence : warnings.sentences())
         reporter_.warning(sentence);
     return bundle;
@@ -169,6 +168,8 @@ std::vector<Bundle> Rays::chooseBundles() {
 
 int Rays::makeAll() {
     RayTrace trace{.output = options_.output, .bundles = chooseBundles()};
+    if (std::ranges::all_of(trace.bundles, [](const Bundle& b) { return bool(b.view.rays); }))
+        job_.traceOnCpu();
     tracer_.make(trace);
     if (options_.sequence.dry_run) return 0;
     reportResult(options_.report, results_.json(), {}, reporter_);
@@ -178,6 +179,8 @@ int Rays::makeAll() {
 
 int Rays::makeViewFiles() {
     int code = 0;
+    if (std::ranges::all_of(views_.cameras(), [](const CameraOptions& c) { return bool(c.lens); }))
+        job_.traceOnCpu();
     job_.chooseEngine();  // the hashes depend on the engine
     try {
         makeEachView(

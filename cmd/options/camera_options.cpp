@@ -92,7 +92,9 @@ void addCameraOptions(VerbOptions& verb, CameraOptions& options, SceneReadOption
         .group("Camera");
     add(
         "--fov", "DEGREES", options.fov,
-        [lenses](const std::string& value) { return lenses ? parseLensFov(value) : parseFov(value); },
+        [lenses](const std::string& value) {
+            return lenses ? parseLensFov(value) : parseFov(value);
+        },
         lenses ? "vertical field of view; with --lens, up to 360 (default: 40)"
                : "vertical field of view (default: 40)");
     add(

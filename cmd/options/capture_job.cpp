@@ -16,8 +16,8 @@
 #include "core/base/stage_times.h"
 #include "core/capture/method.h"
 #include "core/raster/hit_rasterizer.h"
-#include "core/trace/traced_hits.h"
 #include "core/scene/camera_choice.h"
+#include "core/trace/traced_hits.h"
 #include "formats/file/content_hash.h"
 #include "formats/file/json_text.h"
 #include "formats/image/display.h"
@@ -213,6 +213,12 @@ HitSource& CaptureJob::openHits(const PosedScene& posed) {
     }
     traced_ = std::make_unique<TracedHits>(posed, *pinholes);
     return *traced_;
+}
+
+void CaptureJob::traceOnCpu() {
+    if (options_.engine == RayEngine::kGl)
+        refuse("the rays of lenses and lists are traced on the CPU", "--engine gl", "leave it out");
+    engine_ = RayEngine::kCpu;
 }
 
 void CaptureJob::releaseHits() {

@@ -99,6 +99,9 @@ class CaptureJob {
     /// Opens the hit source of chooseEngine(): the CPU rasteriser, which needs no GL, or the
     /// GlRenderer. Reuses an open GlRenderer. Throws like openRenderer().
     HitSource& openHits(const PosedScene& posed);
+    /// Chooses the CPU, for hits of views that all have View::rays. Throws Error (kUsage) if the
+    /// options ask for GL.
+    void traceOnCpu();
     void releaseHits();
     /// Discards state that a failure may have corrupted, and the times of the failed work.
     void discard();

@@ -309,6 +309,7 @@ void RayTracer::traceBundles(RayTrace& trace) {
             trace.plans.empty() ? source_->plan(trace.bundles[i].view, capture_) : trace.plans[i];
         if (trace.plans.size() != 1) forecastMemory(trace, i, plan);
         trace.hits_found += plan.fragments_counted;
+        trace.without_ray += plan.without_ray;
         BundleSink sink(trace, i);
         const CaptureReport report = source_->capture(plan, sink, [&](double share) {
             progress.update((static_cast<double>(i) + share) / all);
@@ -323,6 +324,11 @@ void RayTracer::traceBundles(RayTrace& trace) {
 void RayTracer::report(RayTrace& trace) {
     RunResult result;
     job_.finish(result);
+    if (trace.without_ray > 0)
+        reporter_.note(
+            countText(trace.without_ray, "pixel") + " of " + groupedText(raysOf(trace.bundles)) +
+            (options_.bundles.rays ? " have no ray: they are not finite, or have no direction"
+                                   : " have no ray: the lens sees nothing there"));
     // The hash is only in the result, because it must not change the bytes of the ray files.
     result.settings_hash = settingsHash(trace, capture_);
     const std::uint64_t rays = raysOf(trace.bundles);
@@ -348,6 +354,7 @@ void RayTracer::report(RayTrace& trace) {
     found["bundles"] = trace.bundles.size();
     found["rays"] = rays;
     found["hits"] = trace.hits_found;
+    if (trace.without_ray > 0) found["withoutRay"] = trace.without_ray;
     found["largestCorrection"] =
         capture_.hit_mode == HitMode::kRaw ? Json() : Json(trace.largest_correction);
     if (undecided_ && !undecided_->empty()) found["undecided"] = undecidedJson(*undecided_);

@@ -36,7 +36,7 @@ struct RayTrace {
     /// Number of hits of each bundle; empty if hits are not counted first.
     std::vector<std::uint64_t> hits{};
     Forecast forecast{};
-    std::uint64_t hits_found = 0;
+    std::uint64_t hits_found = 0, without_ray = 0;
     double largest_correction = 0;
     /// Whether --parity fail found a ray with an odd number of hits. No file is written then.
     bool failed = false;

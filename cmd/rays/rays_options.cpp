@@ -154,14 +154,14 @@ nlohmann::json bundleJson(const Bundle& bundle) {
     const Projection& projection = view.projection;
     const Window& crop = view.crop;
     nlohmann::json json{{"perspective", projection.perspective},
-            {"origin", numbers(bundle.origin())},
-            {"right", numbers(bundle.right())},
-            {"up", numbers(bundle.up())},
-            {"size", {projection.half_width, projection.half_height}},
-            {"ends", {projection.near, projection.far}},  // null if infinite
-            {"resolution", {view.width, view.height}},
-            {"crop", {crop.x0, crop.y0, crop.x1, crop.y1}},
-            {"sample", {view.sample.x, view.sample.y}}};
+                        {"origin", numbers(bundle.origin())},
+                        {"right", numbers(bundle.right())},
+                        {"up", numbers(bundle.up())},
+                        {"size", {projection.half_width, projection.half_height}},
+                        {"ends", {projection.near, projection.far}},  // null if infinite
+                        {"resolution", {view.width, view.height}},
+                        {"crop", {crop.x0, crop.y0, crop.x1, crop.y1}},
+                        {"sample", {view.sample.x, view.sample.y}}};
     if (view.rays) json["rays"] = view.rays->text();
     return json;
 }

@@ -27,6 +27,7 @@ struct CapturePlan : Plan {
         virtual ~Details() = default;
     };
     std::shared_ptr<Details> details{};
+    std::uint64_t without_ray = 0;  ///< number of pixels of the crop that have no ray (View::rays)
 };
 
 /// A source of ray hits: counts and captures the hits of a posed scene, bundle by bundle. Features

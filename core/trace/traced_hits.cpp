@@ -42,6 +42,8 @@ struct TracedRows {
     std::vector<float> z;
     std::vector<std::uint32_t> keys;
 
+    std::uint64_t without_ray = 0;
+
     std::uint64_t bytes() const { return 4 * (offsets.size() + z.size() + keys.size()); }
 };
 
@@ -172,12 +174,15 @@ TracedRows TracedHits::State::trace(const TracedPlan& plan, const Window& window
         settings.far = view.projection.far;
     }
     RayHits hits;
-    tracer->trace(raysOf(view, window, order), settings, hits);
+    const std::vector<Ray> rays = raysOf(view, window, order);
+    const auto without =
+        static_cast<std::uint64_t>(std::ranges::count(rays, glm::dvec3(0), &Ray::direction));
+    tracer->trace(rays, settings, hits);
     constexpr std::uint64_t kMostHits = std::numeric_limits<std::uint32_t>::max();
     if (hits.t.size() > kMostHits)
         throw Error(ErrorKind::kInput, "some rows of the picture have more than 2^32 hits", "",
                     "give a smaller " + Parameter::kSize);
-    TracedRows rows{window, std::vector<std::uint32_t>(window.pixels() + 1), {}, {}};
+    TracedRows rows{window, std::vector<std::uint32_t>(window.pixels() + 1), {}, {}, without};
     if (order.empty()) {
         std::ranges::transform(hits.offsets, rows.offsets.begin(),
                                [](std::uint64_t at) { return static_cast<std::uint32_t>(at); });
@@ -234,6 +239,7 @@ CapturePlan TracedHits::plan(const View& view, const CaptureSettings& settings,
     auto traced = std::make_shared<TracedPlan>(view, settings, s.kept_bytes);
     const Window& crop = view.crop;
     const std::uint64_t most = s.mostKept(crop, settings);
+    std::uint64_t without_ray = 0;
     for (Window rows = rowsAt(crop, crop.y0); !rows.empty(); rows = rowsAt(crop, rows.y1)) {
         TracedRows found = s.trace(*traced, rows);
         const auto width = static_cast<std::size_t>(rows.width());
@@ -244,6 +250,7 @@ CapturePlan TracedHits::plan(const View& view, const CaptureSettings& settings,
                 counts[x] = found.offsets[first + x + 1] - found.offsets[first + x];
             traced->complexity.addRow(rows.x0, y, counts);
         }
+        without_ray += found.without_ray;
         traced->largest_rows = std::max(traced->largest_rows, found.bytes());
         s.keep(*traced, std::move(found), most);
         if (progress)
@@ -255,7 +262,7 @@ CapturePlan TracedHits::plan(const View& view, const CaptureSettings& settings,
     plan.channel_bytes = channelBytes(settings.channels, plan.color_type) + sizeof(std::uint32_t);
     plan.layers = traced->complexity.layers();
     plan.fragments_counted = plan.fragments_stored = traced->complexity.counted();
-    return {plan, std::move(traced)};
+    return {plan, std::move(traced), without_ray};
 }
 
 BandCosts TracedHits::State::costs(const TracedPlan& traced, const Plan& plan,
