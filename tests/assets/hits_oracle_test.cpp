@@ -10,6 +10,8 @@
 #include "assets/model_files.h"
 #include "core/raster/hit_rasterizer.h"
 #include "core/rays/solids.h"
+#include "core/scene/intrinsics.h"
+#include "core/trace/traced_hits.h"
 #include "formats/gltf/gltf_reader.h"
 #include "support/hits_oracle.h"
 #include "support/test_support.h"
@@ -33,6 +35,15 @@ void expectAgreement(const std::string& name, const Scene& scene, int directions
         EXPECT_EQ(source.gridBits(), 16);
     }
     agreement.print(name);
+    peeler::TracedHits traced(posed, source);
+    HitAgreement lenses;
+    for (const View& view : oracle.lensViews(resolution / 2))
+        lenses.add(oracle.compare(traced, view));
+    lenses.print(name + " through lenses");
+    EXPECT_GT(lenses.hits, lenses.rays / 10);
+    EXPECT_LE(static_cast<double>(lenses.differing), 1e-6 * static_cast<double>(lenses.rays));
+    EXPECT_LE(lenses.farthest, 1e-6);
+    EXPECT_LE(lenses.largest_error, 1e-7);
     EXPECT_GT(agreement.hits, agreement.rays / 10);
     EXPECT_LE(static_cast<double>(agreement.differing), 5e-6 * static_cast<double>(agreement.rays));
     EXPECT_LE(agreement.farthest, kTwoSteps);
@@ -88,17 +99,35 @@ struct Parity {
     std::size_t solids = 0, rays = 0, hits = 0, odd = 0;
 };
 
+/// Returns a picture of all directions, equirectangular, from a point outside the box.
+View allAround(const Bounds& box, const glm::dvec3& direction, int resolution) {
+    const glm::dvec3 middle = 0.5 * (box.min + box.max);
+    View view;
+    view.camera_to_world = *lookAlong(middle - 0.7 * glm::length(box.max - box.min) * direction,
+                                      direction, {0.1, 1, 0.2});
+    view.width = 2 * resolution;
+    view.height = resolution;
+    view.crop = {0, 0, view.width, view.height};
+    setLens(view, {{"equirectangular"}});
+    return view;
+}
+
 Parity parityOf(const PosedScene& posed, const Solids& solids, int directions, int resolution) {
     Parity parity;
     for (const Solid& solid : solids.all())
         parity.solids += solid.closed() ? 1 : 0;
     if (parity.solids == 0) return parity;
-    HitRasterizer source(posed);
+    HitRasterizer rasterizer(posed);
+    peeler::TracedHits source(posed, rasterizer);
     const Bounds box = posed.bounds().value();
-    SolidSpans spans;
+    std::vector<View> views;
     for (const glm::dvec3& direction : sphereDirections(directions)) {
-        const LayeredImage image =
-            trace(source, parallelBundle("b", box, box, direction, {resolution}).view).image;
+        views.push_back(parallelBundle("b", box, box, direction, {resolution}).view);
+        views.push_back(allAround(box, direction, resolution));
+    }
+    SolidSpans spans;
+    for (const View& view : views) {
+        const LayeredImage image = trace(source, view).image;
         const auto keys = image.extra.front().as<const std::uint32_t>();
         for (std::size_t p = 0; p < image.window.pixels(); ++p) {
             const std::size_t first = image.offsets[p], count = image.count(p);

@@ -16,6 +16,7 @@
 
 #include <peeler/bundle.h>
 #include "core/base/parallel.h"
+#include "core/lens/picture_rays.h"
 #include "core/scene/view.h"
 #include "support/closed_meshes.h"
 #include "support/edge_distance.h"
@@ -114,8 +115,9 @@ class DoubleHits {
         auto& query = *reinterpret_cast<Query*>(arguments->context);
         const unsigned triangle = arguments->primID;
         // Embree reports all hits, because `tfar` stays the same.
-        if (const auto t = meetingT(self.soup_.triangles[triangle], query.ray))
-            query.hits.push_back({triangle, *t});
+        const auto t = meetingT(self.soup_.triangles[triangle], query.ray);
+        // The box of a triangle behind the origin may contain the origin.
+        if (t && *t >= 0) query.hits.push_back({triangle, *t});
     }
 
     const TriangleSoup& soup_;
@@ -202,14 +204,42 @@ class HitsOracle {
         return views;
     }
 
+    /// Returns the views of lenses in front of the scene and in its middle, and of a moving camera.
+    std::vector<View> lensViews(int resolution) const {
+        const glm::dvec3 middle = 0.5 * (box_.min + box_.max), toward(-0.5, -0.3, -0.8);
+        View view;
+        view.camera_to_world =
+            *lookAlong(middle - 0.6 * size() * glm::normalize(toward), toward, {0.1, 1, 0.2});
+        view.projection.near = 0;
+        std::vector<View> views;
+        const auto add = [&](const Lens& lens, double focal, const Size& picture) {
+            view.width = picture.width;
+            view.height = picture.height;
+            view.crop = {0, 0, picture.width, picture.height};
+            const glm::dvec2 centre(picture.width / 2.0 - 0.3, picture.height / 2.0 + 0.2);
+            view.rays = lensPicture({lens, {focal, 1.01 * focal, centre.x, centre.y}}, picture);
+            views.push_back(view);
+        };
+        const Size square{resolution, resolution};
+        add({"opencv-fisheye", {0.02, -0.01, 0.002, 0}}, resolution / 2.2, square);
+        add({"opencv", {-0.2, 0.05, 1e-3, -1e-3, 0}}, resolution / 1.2, square);
+        views.push_back(views.back());
+        glm::dmat4 end = view.camera_to_world;
+        end[3] += 0.2 * size() * end[0];
+        views.back().rays = shutterPicture(view.rays, {view.camera_to_world, end}, square.height);
+        views.back().camera_to_world = glm::dmat4(1);
+        view.camera_to_world[3] = glm::dvec4(middle, 1);
+        add({"equirectangular"}, 1, {2 * resolution, resolution});
+        return views;
+    }
+
   private:
     void compareRay(const TracedHits& traced, const View& view, int x, int y,
                     HitAgreement& agreement) const {
         const LayeredImage& image = traced.image;
         const glm::dvec2 at = glm::dvec2(x, y) + view.sample;
-        DoubleRay ray;  // its `t` is camera Z
-        ray.origin = worldPosition(view, at.x, at.y, 0);
-        ray.direction = worldPosition(view, at.x, at.y, 1) - ray.origin;
+        const auto [origin, direction] = rayOf(view, at);
+        const DoubleRay ray{origin, direction};  // its `t` is LayeredImage::z
         const std::vector<DoubleHit> expected = hits_(ray);
         const std::size_t pixel = image.pixelIndex(x, y);
         struct Found {
@@ -248,6 +278,11 @@ class HitsOracle {
     }
 
     static double raysToEdge(const Triangle& triangle, const View& view, const glm::dvec2& at) {
+        if (view.rays) {
+            const auto [origin, direction] = rayOf(view, at);
+            const glm::dvec3 next = rayOf(view, at + glm::dvec2(1, 0)).direction;
+            return angleToEdges(triangle.corner, origin, direction) / glm::length(next - direction);
+        }
         const PixelRays rays(view);
         const glm::dmat4 camera_from_world = glm::inverse(view.camera_to_world);
         glm::dvec2 outline[3];
