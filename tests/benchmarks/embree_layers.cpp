@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/base/parallel.h"
+#include "core/scene/view.h"
 #include "support/embree.h"
 #include "support/triangles.h"
 
@@ -98,10 +99,11 @@ RTCFilterFunctionN filterOf(const Surface& surface) {
 }
 
 /// Rays through the sample of each pixel of a view. The length of a direction along the camera's Z
-/// is 1, so hit distances are camera Z.
+/// is 1, so hit distances are camera Z. Rays of a lens or list have length 1.
 struct Rays {
     explicit Rays(const View& view)
-        : origin(worldPosition(view, view.sample.x, view.sample.y, 0)),
+        : of(view),
+          origin(worldPosition(view, view.sample.x, view.sample.y, 0)),
           corner(worldPosition(view, view.sample.x, view.sample.y, 1) - glm::dvec3(origin)),
           near(static_cast<float>(view.projection.near)),
           far(static_cast<float>(view.projection.far)) {
@@ -115,6 +117,7 @@ struct Rays {
         step[1] = stepOf(0, 1, 1) - origin_step[1];
     }
 
+    const View& of;
     glm::vec3 origin, corner;
     glm::vec3 origin_step[2], step[2];  ///< steps to the right pixel and to the lower pixel
     float near, far;
@@ -123,8 +126,13 @@ struct Rays {
 template <class RayHit>
 void aim(RayHit& packet, std::size_t lane, const Rays& rays, int x, int y) {
     const auto column = static_cast<float>(x), row = static_cast<float>(y);
-    const glm::vec3 origin = rays.origin + column * rays.origin_step[0] + row * rays.origin_step[1];
-    const glm::vec3 direction = rays.corner + column * rays.step[0] + row * rays.step[1];
+    glm::vec3 origin = rays.origin + column * rays.origin_step[0] + row * rays.origin_step[1];
+    glm::vec3 direction = rays.corner + column * rays.step[0] + row * rays.step[1];
+    if (rays.of.rays) {
+        const Ray ray = rayOf(rays.of, glm::dvec2(x, y) + rays.of.sample);
+        origin = glm::vec3(ray.origin);
+        direction = glm::vec3(ray.direction);
+    }
     auto& ray = packet.ray;
     ray.org_x[lane] = origin.x;
     ray.org_y[lane] = origin.y;

@@ -3,12 +3,16 @@
 // Prints JSON with the processor time of every run (all threads, including kernel time) and its
 // wall-clock time, in milliseconds.
 //
-//     hit_engine SCENE [--size 1920x1080] [--bundles 1] [--runs 3] [--what hits,embree]
+//     hit_engine SCENE [--size 1920x1080] [--bundles 1] [--lens NAME] [--runs 3] [--what
+//     hits,embree]
 //
-// A single bundle shows the whole scene in square cells, and --size is its numbers of rays. Several
-// bundles are spread over the sphere, like those of `peeler rays --directions`, and the width is
-// their resolution.
-// - hits: creates a HitRasterizer, captures t and triangles of all bundles, and counts the hits
+// A lens (fisheye: in front of the scene; equirectangular: in its middle) has a ray for each pixel.
+// The lens "lidar" is a list: the columns of a sensor that turns in the scene's middle and moves.
+// Otherwise, a single bundle shows the whole scene in square cells, and --size is its numbers of
+// rays. Several bundles are spread over the sphere, like those of `peeler rays --directions`, and
+// the width is their resolution.
+// - hits: creates a HitRasterizer (with a lens: builds a tree of the triangles), captures t and
+// triangles of all bundles, and counts the hits
 // - embree: builds its hierarchy once, and finds and sorts all hits of the same rays, 16 at once
 // - thickness, parity: hits, and the results of `--map thickness` and `--parity` for all rays
 // - axes: hits of the three bundles of `--voxels`; the width is the number of cells along the
@@ -17,9 +21,11 @@
 // - kept: hits, all stored in memory. Runs once, before all others: "resident" is the growth of
 //   the peak resident memory, in bytes
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <iterator>
 #include <memory>
+#include <numbers>
 #include <numeric>
 #include <optional>
 #include <utility>
@@ -31,9 +37,12 @@
 #include "cmd/machine/resources.h"
 #include "core/base/parallel.h"
 #include "core/base/process_memory.h"
+#include "core/lens/picture_rays.h"
 #include "core/raster/hit_rasterizer.h"
 #include "core/rays/solids.h"
 #include "core/rays/voxels.h"
+#include "core/scene/intrinsics.h"
+#include "core/trace/traced_hits.h"
 #include "formats/rays/ray_map_output.h"
 
 namespace peeler::benchmark {
@@ -84,7 +93,48 @@ Bundle framed(const Bounds& scene, int width, int height) {
     return bundle;
 }
 
+/// The rays of a LiDAR sensor: a column of 40° for each azimuth. The sensor moves between columns.
+class LidarSweep final : public PictureRays {
+  public:
+    LidarSweep(const Size& size, double way) : size_(size), way_(way) {}
+    Ray at(const glm::dvec2& pixel) const override {
+        const double turn = 2 * std::numbers::pi * pixel.x / size_.width;
+        const double rise = (15 - 40 * pixel.y / size_.height) * std::numbers::pi / 180;
+        return {
+            {way_ * (pixel.x / size_.width - 0.5), 0, 0},
+            {std::cos(rise) * std::sin(turn), std::sin(rise), -std::cos(rise) * std::cos(turn)}};
+    }
+    bool oneEye() const override { return false; }
+    std::string text() const override { return "lidar"; }
+
+  private:
+    Size size_;
+    double way_;
+};
+
+Bundle throughLens(const Bounds& scene, const Options& options) {
+    const Size size{options.width, options.height};
+    const glm::dvec3 middle = 0.5 * (scene.min + scene.max);
+    const double extent = glm::length(scene.max - scene.min);
+    Bundle bundle;
+    View& view = bundle.view;
+    view.width = size.width;
+    view.height = size.height;
+    view.crop = {0, 0, size.width, size.height};
+    const bool in_front = options.lens == "fisheye";
+    view.camera_to_world =
+        *lookAlong(middle - (in_front ? 0.5 * extent : 0.0) * kDirection, kDirection, {0, 1, 0});
+    view.projection.near = 0;
+    const double focal = size.height / std::numbers::pi;  // the picture shows 180°
+    if (options.lens == "lidar")
+        view.rays = std::make_shared<LidarSweep>(size, 0.1 * extent);
+    else
+        setLens(view, {{options.lens}, {focal, focal, size.width / 2.0, size.height / 2.0}});
+    return bundle;
+}
+
 std::vector<Bundle> bundlesOf(const Bounds& scene, const Options& options) {
+    if (!options.lens.empty()) return {throughLens(scene, options)};
     if (options.bundles == 1) return {framed(scene, options.width, options.height)};
     RayGrid grid;
     grid.resolution = options.width;
@@ -130,7 +180,8 @@ class HitEngine {
     /// the number of hits.
     template <class Take>
     std::uint64_t trace(const std::vector<Bundle>& bundles, const Take& take) {
-        HitRasterizer source(scene_.posed);
+        HitRasterizer rasterizer(scene_.posed);
+        TracedHits source(scene_.posed, rasterizer);
         std::uint64_t hits = 0;
         for (std::size_t i = 0; i < bundles.size(); ++i) {
             const CapturePlan plan = source.plan(bundles[i].view, settings_);

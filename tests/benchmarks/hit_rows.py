@@ -61,6 +61,24 @@ def bundles(bench: Bench) -> Rows:
                           ours_alone=alone(bench, path, width, 1, "hits", *many))
 
 
+def lenses(bench: Bench) -> Rows:
+    kinds = (("equirectangular", 2048, 1024), ("fisheye", 1024, 1024), ("lidar", 31250, 64))
+    for _ in bench.at("1920x1080"):
+        for name, path in bench.those("soup-192k", "gearbox", "helmet"):
+            for lens, *size in kinds:
+                width, height = bench.shrunk(*size)
+                say(f"hits through a lens: {name}, {lens}")
+                more = ("--lens", lens)
+                result = engine(bench, path, width, height, "--runs", bench.runs, *more)
+                ours = statistics.median(result["processor"]["hits"]) / 1000
+                rates = (f"{result[what] / ours / 1e6:.1f}" for what in ("rays", "hits"))
+                yield Row("all hits of a lens or list, sorted, processor time", f"{name}, {lens}", f"{width}x{height}", EMBREE,
+                          *(result["processor"][key] for key in ("hits", "embree")), 1.0,
+                          details={"hits, M": equal(result["hits"], result["embree"]["hits"]),
+                                   "M rays, M hits a second": ", ".join(rates)},
+                          ours_alone=alone(bench, path, width, height, "hits", *more))
+
+
 def maps(bench: Bench) -> Rows:
     rows = (("thickness", "hits", 1920, 1080), ("parity", "hits", 1920, 1080), ("voxels", "axes", 512, 1))
     for _ in bench.at("1920x1080"):
@@ -137,4 +155,4 @@ def baking(bench: Bench) -> Rows:
 
 
 KINDS: Dict[str, Callable[[Bench], Rows]] = {
-    "bundle": bundle, "bundles": bundles, "maps": maps, "growth": growth, "baking": baking}
+    "bundle": bundle, "bundles": bundles, "lenses": lenses, "maps": maps, "growth": growth, "baking": baking}

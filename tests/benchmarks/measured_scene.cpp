@@ -50,6 +50,8 @@ Options parse(int count, char** arguments) {
                 throw Error(ErrorKind::kUsage, "a size is WxH", "--size");
         } else if (argument == "--bundles") {
             options.bundles = std::stoi(value());
+        } else if (argument == "--lens") {
+            options.lens = value();
         } else if (argument == "--runs") {
             options.runs = std::stoi(value());
         } else if (argument == "--what") {

@@ -17,14 +17,15 @@ namespace peeler::benchmark {
 struct Options {
     std::string scene{};
     int width = 1920, height = 1080, runs = 3;
-    int bundles = 1;  ///< for programs that trace bundles
+    int bundles = 1;     ///< for programs that trace bundles
+    std::string lens{};  ///< for programs that trace rays: a lens model, or "lidar"
     /// The parts to measure, from the program's list; if empty, the program's default.
     std::vector<std::string> what{};
     std::string folder = ".";  ///< folder for output files
 };
 
-/// Parses SCENE [--size 1920x1080] [--bundles 1] [--runs 3] [--what A,B] [--folder .]. Sets the
-/// number of threads of peeler and of Mesa. Throws Error (kUsage).
+/// Parses SCENE [--size 1920x1080] [--bundles 1] [--lens NAME] [--runs 3] [--what A,B] [--folder
+/// .]. Sets the number of threads of peeler and of Mesa. Throws Error (kUsage).
 Options parse(int count, char** arguments);
 
 /// A scene that is read and framed as by `peeler render`.

@@ -61,7 +61,7 @@ SECTIONS: Dict[str, Section] = {
     "hits": Section(
         "Hits",
         "peeler on the CPU, without GL, and Embree find [the same hits](../README.md#measured-side-by-side) in turn.",
-        (("table.py", "--build", "{build}", "--rows", "bundle,bundles,maps,hits,baking,growth"),)),
+        (("table.py", "--build", "{build}", "--rows", "bundle,bundles,lenses,maps,hits,baking,growth"),)),
     "many-views": Section(
         "Many views",
         "[Data sets](../README.md#measured-side-by-side) of all sample models of 500 triangles or more; pixels are alike where "
