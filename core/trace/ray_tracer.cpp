@@ -143,8 +143,8 @@ std::uint64_t RayTracer::mostBytes(const PosedScene& posed) {
     for (const MeshInstance& instance : posed.meshes())
         for (std::size_t i = 0; i < posed.primitives(instance).size(); ++i) {
             const Primitive& primitive = posed.primitives(instance)[i];
-            bytes += kTriangleBytes * elementsOf(primitive) +
-                     sizeof(Cells) * primitive.positions.size();
+            bytes +=
+                kTriangleBytes * elementsOf(primitive) + sizeof(Cells) * primitive.positions.size();
         }
     return bytes;
 }
@@ -157,11 +157,11 @@ std::uint64_t RayTracer::bytes() const {
 /// The working storage of a task, and the hits of its rays.
 struct RayTracer::Scratch {
     std::vector<std::optional<ExactRay>> exact;
-    EyePacket packet;
+    RayPacket packet;
     std::vector<Candidate> candidates;
     std::vector<std::uint32_t> in_cone;
-    std::vector<EyePacket::Hit> packet_hits;
-    std::array<std::vector<SortedHit>, EyePacket::kMost> found;  ///< by ray of a group
+    std::vector<RayPacket::Hit> packet_hits;
+    std::array<std::vector<SortedHit>, RayPacket::kMost> found;  ///< by ray of a group
 };
 
 /// The hits of a task's rays.
@@ -205,33 +205,40 @@ void RayTracer::traceRay(const ExactRay& ray, const TraceSettings& settings, Scr
     }
 }
 
-/// Traces the rays of a group together. Returns false if they are too different.
-bool RayTracer::tracePacket(const TraceSettings& settings, Scratch& scratch) const {
-    // With more triangles, rays are faster one by one.
+/// Traces the rays of the packet together, the first of which is this ray of the group. Returns
+/// false if rays are faster one by one.
+bool RayTracer::tracePacket(std::size_t first, const TraceSettings& settings,
+                            Scratch& scratch) const {
     constexpr std::size_t kMostTriangles = 1024;
-    EyePacket& packet = scratch.packet;
-    if (!packet.take(scratch.exact) ||
-        !tree_.candidates(packet.cone(), kMostTriangles, scratch.in_cone))
-        return false;
+    const RayPacket& packet = scratch.packet;
+    if (!tree_.candidates(packet.cone(), kMostTriangles, scratch.in_cone)) return false;
     scratch.packet_hits.clear();
     for (const std::uint32_t triangle : scratch.in_cone)
         packet.addHits(cornersOf(triangles_[triangle]), triangle, scratch.packet_hits);
-    for (const EyePacket::Hit& hit : scratch.packet_hits)
-        add(hit.triangle, *scratch.exact[hit.ray], {hit.t, hit.back}, settings,
-            scratch.found[hit.ray]);
+    for (const RayPacket::Hit& hit : scratch.packet_hits)
+        add(hit.triangle, *scratch.exact[first + hit.ray], {hit.t, hit.back}, settings,
+            scratch.found[first + hit.ray]);
     return true;
 }
 
 void RayTracer::traceGroup(std::span<const Ray> rays, const TraceSettings& settings,
                            Scratch& scratch, Found& all) const {
+    constexpr std::size_t kFewRays = 6;  // are faster one by one
     scratch.exact.clear();
     for (std::size_t i = 0; i < rays.size(); ++i) {
         scratch.exact.push_back(ExactRay::make(grid_, rays[i].origin, rays[i].direction));
         scratch.found[i].clear();
     }
-    if (!tracePacket(settings, scratch)) {
-        for (std::size_t i = 0; i < rays.size(); ++i)
-            if (scratch.exact[i]) traceRay(*scratch.exact[i], settings, scratch, scratch.found[i]);
+    for (std::size_t first = 0; first < rays.size();) {
+        const std::size_t close =
+            scratch.packet.take(std::span(std::as_const(scratch.exact)).subspan(first));
+        const std::size_t end = first + std::max(close, std::size_t{1});
+        if (close <= kFewRays || !tracePacket(first, settings, scratch)) {
+            for (; first < end; ++first)
+                if (scratch.exact[first])
+                    traceRay(*scratch.exact[first], settings, scratch, scratch.found[first]);
+        }
+        first = end;
     }
     for (std::size_t i = 0; i < rays.size(); ++i) {
         std::vector<SortedHit>& found = scratch.found[i];
@@ -253,8 +260,8 @@ void RayTracer::trace(std::span<const Ray> rays, const TraceSettings& settings,
     parallelFor(tasks, [&](std::size_t task) {
         const std::size_t end = std::min(rays.size(), (task + 1) * kRaysAtOnce);
         scratches.with([&](Scratch& scratch) {
-            for (std::size_t i = task * kRaysAtOnce; i < end; i += EyePacket::kMost)
-                traceGroup(rays.subspan(i, std::min(EyePacket::kMost, end - i)), settings, scratch,
+            for (std::size_t i = task * kRaysAtOnce; i < end; i += RayPacket::kMost)
+                traceGroup(rays.subspan(i, std::min(RayPacket::kMost, end - i)), settings, scratch,
                            parts[task]);
         });
     });

@@ -96,7 +96,7 @@ class RayTracer {
              const TraceSettings& settings, std::vector<std::uint64_t>& found) const;
     void traceRay(const ExactRay& ray, const TraceSettings& settings, Scratch& scratch,
                   std::vector<std::uint64_t>& found) const;
-    bool tracePacket(const TraceSettings& settings, Scratch& scratch) const;
+    bool tracePacket(std::size_t first, const TraceSettings& settings, Scratch& scratch) const;
     void traceGroup(std::span<const Ray> rays, const TraceSettings& settings, Scratch& scratch,
                     Found& all) const;
 

@@ -373,7 +373,7 @@ struct FloatCone {
             low[i] = static_cast<float>(cone.low[i]);
             high[i] = static_cast<float>(cone.high[i]);
         }
-        margin = static_cast<float>(farthest * 0x1p-20);
+        margin = static_cast<float>(farthest * 0x1p-20 + 4 * cone.spread * kUnit);
     }
 };
 

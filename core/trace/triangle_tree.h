@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "core/trace/exact_ray.h"
-#include "core/trace/eye_packet.h"
+#include "core/trace/ray_packet.h"
 
 namespace peeler {
 

@@ -79,22 +79,26 @@ TEST(TriangleTree, ConesMissNoTriangle) {
     const std::vector<CellCorners> triangles = crowd(random, 40'000);
     const TriangleTree tree(triangles.size(), [&](std::uint32_t i) { return triangles[i]; });
     std::vector<std::uint32_t> found;
-    std::vector<EyePacket::Hit> packet_hits;
-    std::size_t hits = 0, packets = 0;
-    for (int i = 0; i < 60; ++i) {
+    std::vector<RayPacket::Hit> packet_hits;
+    std::size_t hits = 0, packets = 0, spread = 0;
+    for (int i = 0; i < 120; ++i) {
         const int far = static_cast<int>(random() % 12);
         Cells origin = triangles[random() % triangles.size()][0];
         if (far > 1) origin[random() % 3] = (std::int64_t{1} << (48 + far)) * (i % 2 == 0 ? 1 : -1);
         const CellCorners& aim = triangles[random() % triangles.size()];
         std::vector<std::optional<ExactRay>> rays;
         for (int k = 0; k < 8; ++k) {
-            rays.emplace_back(rayAt(random, aim[0], origin));
+            Cells from = origin;
+            for (std::int64_t& part : from)  // in half of the packets, origins differ
+                part += i % 4 < 2 ? 0 : static_cast<std::int64_t>(random() >> (19 + i % 9));
+            rays.emplace_back(rayAt(random, aim[0], from));
             for (std::int64_t& part : rays.back()->direction)
                 part += static_cast<std::int64_t>(random() >> 15) * (k % 2 == 0 ? 1 : 0);
         }
-        EyePacket packet;
-        if (!packet.take(rays)) continue;
+        RayPacket packet;
+        if (packet.take(rays) < rays.size()) continue;
         ++packets;
+        spread += packet.cone().spread > 0 ? 1 : 0;
         ASSERT_TRUE(tree.candidates(packet.cone(), triangles.size(), found));
         std::vector<bool> seen(triangles.size());
         for (const std::uint32_t triangle : found)
@@ -117,7 +121,8 @@ TEST(TriangleTree, ConesMissNoTriangle) {
         }
         EXPECT_FALSE(!found.empty() && tree.candidates(packet.cone(), 0, found));
     }
-    EXPECT_GT(packets, 15U);
+    EXPECT_GT(packets, 30U);
+    EXPECT_GT(spread, 15U);
     EXPECT_GT(hits, 100U);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rays from one point that are close to each other, tested together.
+// Rays that are close to each other, tested together.
 #pragma once
 
 #include <array>
@@ -13,17 +13,19 @@
 
 namespace peeler {
 
-/// A cone that contains rays from one point, as a frustum around an axis.
+/// A cone that contains rays, as a frustum around an axis.
 struct RayCone {
     Cells origin{};
+    double spread = 0;  ///< largest distance of a ray's origin from `origin`, along an axis
     std::array<std::uint8_t, 3> axis{};  ///< the last is the axis of the frustum
     bool backwards = false;              ///< whether the rays go towards lower coordinates there
     /// Least and largest component along the first two axes, per unit of distance along the last.
     std::array<double, 2> low{}, high{};
 };
 
-/// Up to kMost rays with the same origin, and their hits. Finds the same hits as exactHit().
-class EyePacket {
+/// Up to kMost rays, from one point or from points close to each other, and their hits. Finds the
+/// same hits as exactHit().
+class RayPacket {
   public:
     static constexpr std::size_t kMost = 64;
 
@@ -34,9 +36,9 @@ class EyePacket {
         bool back = false;
     };
 
-    /// Takes rays. Returns false if they do not begin at one point, or are not close to each other;
-    /// they must then be traced one by one.
-    bool take(std::span<const std::optional<ExactRay>> rays);
+    /// Takes rays from the beginning of a list as long as they are close to each other, but no more
+    /// than kMost. Returns their number.
+    std::size_t take(std::span<const std::optional<ExactRay>> rays);
 
     const RayCone& cone() const { return cone_; }
 
@@ -44,10 +46,16 @@ class EyePacket {
     void addHits(const CellCorners& corners, std::uint32_t triangle, std::vector<Hit>& hits) const;
 
   private:
+    bool add(const std::optional<ExactRay>& ray, RayCone& cone);
+    void addHitsOfEye(const CellCorners& corners, std::uint32_t triangle,
+                      std::vector<Hit>& hits) const;
+
     std::array<ExactRay, kMost> rays_;
     std::size_t count_ = 0;
     RayCone cone_;
-    alignas(32) std::array<std::array<float, kMost>, 3> along_{};  ///< directions, by axis
+    double largest_moment_ = 0;  ///< largest component of a ray's moment
+    /// Directions, and moments: direction × (origin − cone_.origin), by axis.
+    alignas(32) std::array<std::array<float, kMost>, 3> along_{}, moment_{};
 };
 
 }  // namespace peeler
