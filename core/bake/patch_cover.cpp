@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "core/bake/occluders.h"
-#include "core/raster/lanes.h"
+#include "core/base/lanes.h"
 #include "core/scene/elements.h"
 
 namespace peeler {

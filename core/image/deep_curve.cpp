@@ -26,18 +26,13 @@ Density densityOf(const DeepPiece& piece, std::size_t c) {
     return {rate, piece.color[c] * rate / opacity};
 }
 
-DeepPiece pieceOf(const DeepSamples& samples, std::size_t i) {
-    const float* const color =
-        &samples.colors[i * (samples.tinted ? kTintedComponents : kPlainComponents)];
-    DeepPiece piece;
-    piece.front = piece.back = double{samples.z[i]};
-    if (!samples.back.empty()) piece.back = std::max(piece.front, double{samples.back[i]});
+/// Sets the members of a new piece, except its depths.
+void setValues(const SampleLanes& lanes, std::size_t sample, DeepPiece& piece) {
     for (std::size_t c = 0; c < 3; ++c) {
-        piece.color[c] = double{color[c]};
-        piece.opacity[c] = double{color[samples.tinted ? 4 + c : 3]};
+        piece.color[c] = double{lanes.color[c]};
+        piece.opacity[c] = double{lanes.opacity[c]};
     }
-    piece.sample = static_cast<std::uint32_t>(samples.first + i);
-    return piece;
+    piece.sample = static_cast<std::uint32_t>(sample);
 }
 
 /// Converts a half without branches.
@@ -46,14 +41,6 @@ float fromHalf(std::uint16_t half) {
     float value = std::bit_cast<float>(magnitude) * 0x1p112F;
     if (magnitude >= 0x0F800000U) value = std::bit_cast<float>(magnitude | 0x7F800000U);
     return (half & 0x8000U) != 0 ? -value : value;
-}
-
-bool isMeaningful(const DeepPiece& piece) {
-    bool good = std::isfinite(piece.front) && std::isfinite(piece.back);
-    for (std::size_t c = 0; c < 3; ++c)
-        good =
-            good && std::isfinite(piece.color[c]) && piece.opacity[c] >= 0 && piece.opacity[c] <= 1;
-    return good;
 }
 
 /// Moves the opaque channels of a volume to a point at its front, where they hide everything, and
@@ -77,6 +64,18 @@ bool isEmpty(const DeepPiece& piece) {
 
 bool isOpaque(const DeepPiece& piece) {
     return std::ranges::find(piece.opacity, 1.0) != piece.opacity.end();
+}
+
+/// Moves a state behind a piece.
+void pass(DeepState& state, const DeepPiece& piece) {
+    for (std::size_t c = 0; c < 3; ++c) {
+        state[c] += state[3 + c] * piece.color[c];
+        state[3 + c] *= 1 - piece.opacity[c];
+    }
+}
+
+double largestColor(const DeepState& state) {
+    return std::max({std::abs(state[0]), std::abs(state[1]), std::abs(state[2])});
 }
 
 /// The walk along a curve at rising depths.
@@ -113,10 +112,17 @@ class Cursor {
 
 void compareStates(const DeepState& state, const DeepState& original, double z, double scale,
                    DeepDifference& worst) {
-    for (std::size_t i = 0; i < state.size(); ++i) {
-        const double difference = std::abs(state[i] - original[i]) / (i < 3 ? scale : 1);
-        if (!(difference <= worst.error)) worst = {difference, z, i, state[i], original[i]};
-    }
+    const auto a = std::bit_cast<StateLanes>(state), b = std::bit_cast<StateLanes>(original);
+    StateLanes differences = {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+    differences[0] = most(differences[0], -differences[0]) / scale;
+    differences[1] = most(differences[1], -differences[1]) / TwoDoubles{scale, 1};
+    differences[2] = most(differences[2], -differences[2]);
+    const auto good = (differences[0] <= worst.error) & (differences[1] <= worst.error) &
+                      (differences[2] <= worst.error);
+    if ((good[0] & good[1]) != 0) return;
+    const auto each = std::bit_cast<DeepState>(differences);
+    for (std::size_t i = 0; i < each.size(); ++i)
+        if (!(each[i] <= worst.error)) worst = {each[i], z, i, state[i], original[i]};
 }
 
 /// Compares two volumes between the depths `z` and `end`, where their slopes, which decay
@@ -139,13 +145,12 @@ std::string_view deepChannelName(std::size_t component, bool tinted) {
 
 DeepState behind(const DeepState& state, const DeepPiece& piece, double share) {
     DeepState next = state;
+    if (share == 1) {
+        pass(next, piece);
+        return next;
+    }
     for (std::size_t c = 0; c < 3; ++c) {
         const double opacity = piece.opacity[c], front = state[3 + c];
-        if (share == 1) {
-            next[c] += front * piece.color[c];
-            next[3 + c] = front * (1 - opacity);
-            continue;
-        }
         const double covered = opacity > 0 ? -std::expm1(share * std::log1p(-opacity)) : 0;
         next[c] += front * piece.color[c] * (opacity > 0 ? covered / opacity : share);
         next[3 + c] = front * (1 - covered);
@@ -168,30 +173,29 @@ bool DeepCurve::read(const DeepSamples& samples) {
     volumes_ = false;
     bool overlap = false;
     double farthest = -kNever;
+    double odd = 0;  // NaN if a depth is NaN or infinite
+    MeaningCheck meaning;
     for (std::size_t i = 0; i < samples.z.size(); ++i) {
-        DeepPiece piece = pieceOf(samples, i);
-        if (!isMeaningful(piece)) return false;
-        if (piece.volume() && isOpaque(piece)) {
-            const DeepPiece point = splitOpaque(piece);
-            if (isEmpty(piece))
-                piece = point;
-            else
-                pieces_.push_back(point);
+        const SampleLanes lanes = samples.lanes(i);
+        meaning.add(lanes);
+        DeepPiece* piece = &pieces_.emplace_back();
+        setValues(lanes, samples.first + i, *piece);
+        piece->front = piece->back = double{samples.z[i]};
+        if (!samples.back.empty()) piece->back = std::max(piece->front, double{samples.back[i]});
+        odd += (piece->front - piece->front) + (piece->back - piece->back);
+        if (piece->volume() && isOpaque(*piece)) {
+            DeepPiece volume = *piece;
+            *piece = splitOpaque(volume);
+            if (!isEmpty(volume)) piece = &pieces_.emplace_back(volume);
         }
-        volumes_ = volumes_ || piece.volume();
-        overlap = overlap || piece.front < farthest;
-        farthest = std::max(farthest, piece.back);
-        pieces_.push_back(piece);
+        volumes_ = volumes_ || piece->volume();
+        overlap = overlap || piece->front < farthest;
+        farthest = std::max(farthest, piece->back);
     }
+    if (odd != 0 || !meaning.holds()) return false;
     if (overlap) splitVolumes();
     accumulate();
     return true;
-}
-
-void DeepCurve::assign(std::span<const DeepPiece> pieces) {
-    pieces_.assign(pieces.begin(), pieces.end());
-    volumes_ = std::ranges::any_of(pieces_, &DeepPiece::volume);
-    accumulate();
 }
 
 /// Splits all pieces at the ends of the volumes, and merges the volumes between two ends.
@@ -257,24 +261,21 @@ void DeepCurve::mergePoints() {
 }
 
 void DeepCurve::accumulate() {
-    states_.resize(pieces_.size() + 1);
-    states_[0] = kDeepStart;
-    for (std::size_t i = 0; i < pieces_.size(); ++i)
-        states_[i + 1] = behind(states_[i], pieces_[i]);
+    DeepState state = kDeepStart;
+    states_.assign(1, state);
+    states_.reserve(pieces_.size() + 1);
+    scale_ = 1;
+    for (const DeepPiece& piece : pieces_) {
+        pass(state, piece);
+        scale_ = std::max(scale_, largestColor(state));
+        states_.push_back(state);
+    }
 }
 
 DeepState DeepCurve::at(double z) const {
     Cursor cursor(*this);
     cursor.pass(z);
     return cursor.at(z);
-}
-
-double DeepCurve::colorScale() const {
-    double scale = 1;
-    for (const DeepState& state : states_)
-        for (std::size_t c = 0; c < 3; ++c)
-            scale = std::max(scale, std::abs(state[c]));
-    return scale;
 }
 
 /// Compares two lists of points.

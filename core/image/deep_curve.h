@@ -2,20 +2,26 @@
 // Accumulated colour and transmittance of a pixel's deep samples as functions of depth.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <span>
 #include <string_view>
 #include <vector>
 
 #include <peeler/layered_image.h>
+#include "core/base/lanes.h"
 
 namespace peeler {
 
 /// What lies in front of a depth: premultiplied R, G, B, then the transmittance for R, G, B.
 using DeepState = std::array<double, 6>;
 inline constexpr DeepState kDeepStart = {0, 0, 0, 1, 1, 1};
+
+/// The components of a state in pairs.
+using StateLanes = std::array<TwoDoubles, 3>;
 
 /// Returns the OpenEXR channel that a component of DeepState belongs to: R, G, B, or the opacity A
 /// or AR, AG, AB.
@@ -46,6 +52,30 @@ DeepSlope slopeOf(const DeepState& state, const DeepPiece& volume, std::size_t c
 /// its extreme. If there is no such distance, returns NaN or a distance outside the range.
 double distanceOfEqual(const DeepSlope& a, const DeepSlope& b);
 
+/// The values of a sample: R, G, B, and B again.
+struct SampleLanes {
+    FourFloats color, opacity;
+};
+
+/// Whether all values are finite, and all opacities within 0–1, of the samples added so far.
+class MeaningCheck {
+  public:
+    void add(const SampleLanes& sample) {
+        odd_ += (sample.color - sample.color) + (sample.opacity - sample.opacity);
+        low_ = least(sample.opacity, low_);
+        high_ = most(sample.opacity, high_);
+    }
+    bool holds() const {
+        bool good = true;
+        for (int c = 0; c < 3; ++c)
+            good = good && odd_[c] == 0 && low_[c] >= 0 && high_[c] <= 1;
+        return good;
+    }
+
+  private:
+    FourFloats odd_{}, low_{}, high_{};  // odd: 0 for numbers, NaN for NaN and infinity
+};
+
 /// A pixel's samples, sorted by Z, with their values as floats: R, G, B, A or, with coloured
 /// opacity, all components of LayeredImage::color.
 struct DeepSamples {
@@ -54,6 +84,16 @@ struct DeepSamples {
     std::span<const float> colors;
     bool tinted = false;
     std::size_t first = 0;  ///< index of the first sample in the image
+
+    SampleLanes lanes(std::size_t i) const {
+        const float* const at = &colors[i * colorComponents(tinted)];
+        FourFloats front, rest;
+        std::memcpy(&front, at, sizeof(front));
+        std::memcpy(&rest, at + (tinted ? 3 : 0), sizeof(rest));
+        return {__builtin_shufflevector(front, front, 0, 1, 2, 2),
+                tinted ? __builtin_shufflevector(rest, rest, 1, 2, 3, 3)
+                       : __builtin_shufflevector(rest, rest, 3, 3, 3, 3)};
+    }
 };
 
 /// The samples of a pixel as pieces that do not overlap in depth, and the states between them.
@@ -65,8 +105,13 @@ class DeepCurve {
     /// Reads a pixel. Returns false, and leaves the curve invalid, if a value is not finite or an
     /// opacity is not within 0–1: such samples have no meaning as layers.
     bool read(const DeepSamples& samples);
-    /// Takes pieces that do not overlap, front to back.
-    void assign(std::span<const DeepPiece> pieces);
+    /// Takes a range of pieces that do not overlap, front to back.
+    template <class Pieces = std::span<const DeepPiece>>
+    void assign(const Pieces& pieces) {
+        pieces_.assign(pieces.begin(), pieces.end());
+        volumes_ = std::ranges::any_of(pieces_, &DeepPiece::volume);
+        accumulate();
+    }
     /// Merges the points at each depth into one piece: no depth lies between them.
     void mergePoints();
 
@@ -77,7 +122,7 @@ class DeepCurve {
     /// Returns the state behind all samples at a depth.
     DeepState at(double z) const;
     /// The unit of colour errors: 1, or the largest absolute accumulated colour if it exceeds 1.
-    double colorScale() const;
+    double colorScale() const { return scale_; }
 
   private:
     void splitVolumes();
@@ -88,6 +133,7 @@ class DeepCurve {
     std::vector<DeepState> states_;
     std::vector<double> cuts_;
     bool volumes_ = false;
+    double scale_ = 1;
 };
 
 /// The largest difference between two pixels over all depths and components.

@@ -5,17 +5,20 @@
 #include <Imath/half.h>
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <ranges>
 #include <span>
 #include <string>
 #include <vector>
 
 #include <peeler/composite.h>
 #include <peeler/error.h>
+#include "core/base/lanes.h"
 #include "core/base/parallel.h"
 #include "core/image/composite.h"
 #include "core/image/deep_curve.h"
@@ -33,56 +36,62 @@ struct Glance {
     bool may_merge = false;   ///< whether two successive states may be near enough to merge
 };
 
+/// The greatest of all lanes.
+float greatestOf(const FourFloats& lanes) {
+    const FourFloats pairs = most(lanes, __builtin_shufflevector(lanes, lanes, 2, 3, 0, 1));
+    return std::max(pairs[0], pairs[1]);
+}
+
 /// Finds the pixels that need no thinning, or only lose hidden samples. `error` is twice the bound.
 /// Values without meaning (DeepCurve::read) keep all samples. Single precision misses only pairs
 /// that differ by just the bound, at half the time.
-template <bool Tinted>
 Glance glance(const DeepSamples& samples, float error) {
-    constexpr std::size_t kStride = colorComponents(Tinted);
-    constexpr std::size_t kFirst = Tinted ? 4 : 3, kNext = Tinted ? 1 : 0;
     const std::span<const float> z = samples.z;
-    const float* color = samples.colors.data();
-    std::array<float, 3> sum{}, largest{}, odd{}, low{}, high{}, rest{1, 1, 1};
-    float least = std::numeric_limits<float>::infinity();
+    FourFloats sum{}, largest{}, rest{1, 1, 1, 1};
+    float nearest = std::numeric_limits<float>::infinity();
+    MeaningCheck meaning;
     Glance seen{z.size(), false};
     bool coincident = false, opaque = false;
-    for (std::size_t i = 0; i < z.size(); ++i, color += kStride) {
-        std::array<float, 3> gain, covered;
-        for (std::size_t c = 0; c < 3; ++c) {
-            const float opacity = color[kFirst + c * kNext];
-            gain[c] = rest[c] * color[c];
-            covered[c] = rest[c] * opacity;
-            sum[c] += gain[c];
-            gain[c] = std::abs(gain[c]);
-            largest[c] = std::max(largest[c], std::abs(sum[c]));
-            odd[c] += (color[c] - color[c]) + (opacity - opacity);  // NaN for infinity, too
-            low[c] = std::min(low[c], opacity);
-            high[c] = std::max(high[c], opacity);
-            rest[c] = opacity == 1 ? 0 : rest[c] * (1 - opacity);
-        }
+    for (std::size_t i = 0; i < z.size(); ++i) {
+        const SampleLanes sample = samples.lanes(i);
+        meaning.add(sample);
+        const FourFloats gain = rest * sample.color, covered = rest * sample.opacity;
+        sum += gain;
+        largest = most(most(sum, -sum), largest);
+        rest *= 1 - sample.opacity;
         if (opaque) continue;
         coincident = coincident || (i > 0 && z[i] == z[i - 1]);
-        if (std::max({covered[0], covered[1], covered[2]}) <= error)
-            least = std::min(least, std::max({gain[0], gain[1], gain[2]}));
-        opaque = rest[0] + rest[1] + rest[2] == 0;
+        if (greatestOf(covered) <= error)
+            nearest = std::min(nearest, greatestOf(most(gain, -gain)));
+        opaque = greatestOf(rest) == 0;
         if (opaque) seen.visible = i + 1;
     }
-    for (std::size_t c = 0; c < 3; ++c)
-        if (!(odd[c] == 0 && low[c] >= 0 && high[c] <= 1)) return {z.size(), false};
-    const float scale = std::max({1.0F, largest[0], largest[1], largest[2]});
-    seen.may_merge = coincident || least <= error * scale;
+    if (!meaning.holds()) return {z.size(), false};
+    seen.may_merge = coincident || nearest <= error * std::max(1.0F, greatestOf(largest));
     return seen;
+}
+
+StateLanes lanesOf(const DeepState& state) {
+    return std::bit_cast<StateLanes>(state);
+}
+
+/// Whether `a` exceeds `b` in no component by more than `bounds`.
+bool isWithin(const StateLanes& a, const StateLanes& b, const StateLanes& bounds) {
+    const auto good =
+        (a[0] - b[0] <= bounds[0]) & (a[1] - b[1] <= bounds[1]) & (a[2] - b[2] <= bounds[2]);
+    return (good[0] & good[1]) != 0;
 }
 
 /// The least and the greatest state of a run.
 struct StateRange {
-    DeepState least, greatest;
+    StateLanes low, high;
 
-    explicit StateRange(const DeepState& state) : least(state), greatest(state) {}
+    explicit StateRange(const DeepState& state) : low(lanesOf(state)), high(low) {}
     void add(const DeepState& state) {
-        for (std::size_t i = 0; i < state.size(); ++i) {
-            least[i] = std::min(least[i], state[i]);
-            greatest[i] = std::max(greatest[i], state[i]);
+        const StateLanes lanes = lanesOf(state);
+        for (std::size_t i = 0; i < lanes.size(); ++i) {
+            low[i] = least(low[i], lanes[i]);
+            high[i] = most(high[i], lanes[i]);
         }
     }
 };
@@ -98,6 +107,14 @@ double rounded(double value, PixelType type) {
     return double{imath_half_to_float(imath_float_to_half(single))};
 }
 
+/// A sample of the result on the walk along the original. Steps are made in place: their values are
+/// not copied while the processor still stores them.
+struct Step {
+    ThinSample sample;
+    DeepState state{};    ///< behind the sample
+    std::size_t end = 0;  ///< number of pieces that the steps so far account for
+};
+
 /// The thinning of one pixel after another. Keeps its storage.
 class PixelThinner {
   public:
@@ -105,17 +122,11 @@ class PixelThinner {
 
     /// Thins a pixel. Returns false if its samples must stay as they are.
     bool thin(const DeepSamples& samples);
-    std::span<const ThinSample> samples() const { return samples_; }
+    std::span<const Step> steps() const { return std::span(steps_).first(count_); }
     /// Returns the largest error of the samples, whose values are those to be stored.
     double error();
 
   private:
-    struct Step {
-        ThinSample sample;
-        DeepState state;      ///< behind the sample
-        std::size_t end = 0;  ///< number of pieces that the steps so far account for
-    };
-
     void setBounds(std::size_t fragments);
     bool walk();
     bool walkObjects();
@@ -123,7 +134,7 @@ class PixelThinner {
     bool fits(const StateRange& run, std::size_t end) const;
     bool isPinned(std::size_t c, std::size_t end) const { return opaque_[c] && end == pieces_; }
     std::size_t hold(std::size_t piece) const;
-    std::optional<Step> point(std::size_t piece) const;
+    bool point(std::size_t piece, Step& step) const;
     bool settle(const StateRange& run, Step& step) const;
     std::optional<Step> volume(std::size_t piece) const;
     std::optional<Step> fitVolume(std::size_t piece, std::size_t last) const;
@@ -132,17 +143,19 @@ class PixelThinner {
                                    std::size_t c) const;
     bool holdsInside(const ThinSample& sample, std::size_t piece, std::size_t last) const;
     bool isSameObject(std::uint32_t a, std::uint32_t b) const;
-    Step objectStep(std::size_t piece) const;
+    void objectStep(std::size_t piece, Step& step) const;
     double opacityNear(double opacity, bool pinned) const;
-    std::optional<Step> copyOf(std::size_t piece) const;
+    bool copyOf(std::size_t piece, Step& step) const;
 
     const LayeredImage& image_;
     const DeepMergeSettings& settings_;
     FragmentChannel objects_, materials_;
     bool can_store_volumes_ = false;
     DeepCurve curve_, stored_;
-    std::vector<ThinSample> samples_;
+    std::vector<Step> steps_;  ///< the first `count_` are valid
+    std::size_t count_ = 0;
     DeepState bounds_{};            ///< the largest error of each component
+    DeepState widths_{};            ///< twice the bounds
     std::array<bool, 3> opaque_{};  ///< whether the pixel ends exactly opaque
     bool no_negative_ = false;      ///< whether no colour is negative
     std::size_t pieces_ = 0;        ///< number of pieces that change the state
@@ -163,14 +176,15 @@ PixelThinner::PixelThinner(const LayeredImage& image, const DeepMergeSettings& s
 
 bool PixelThinner::thin(const DeepSamples& samples) {
     const std::size_t count = samples.z.size();
-    samples_.clear();
+    count_ = 0;
     state_ = kDeepStart;
     if (count < 2 || !curve_.read(samples)) return false;
     if (curve_.hasVolumes() && (!can_store_volumes_ || settings_.keep_ids)) return false;
     if (!settings_.keep_ids) curve_.mergePoints();
     setBounds(count);
+    steps_.resize(std::max(steps_.size(), curve_.pieces().size()));
     const bool done = settings_.keep_ids ? walkObjects() : walk();
-    return done && samples_.size() < count;
+    return done && count_ < count;
 }
 
 void PixelThinner::setBounds(std::size_t fragments) {
@@ -178,6 +192,7 @@ void PixelThinner::setBounds(std::size_t fragments) {
         std::max(settings_.error / 2, settings_.error - 0x1p-23 * static_cast<double>(fragments));
     const double scale = curve_.colorScale();
     bounds_ = {error * scale, error * scale, error * scale, error, error, error};
+    std::ranges::transform(bounds_, widths_.begin(), [](double bound) { return 2 * bound; });
     const std::span<const DeepState> states = curve_.states();
     for (std::size_t c = 0; c < 3; ++c)
         opaque_[c] = states.back()[3 + c] == 0;
@@ -191,34 +206,32 @@ void PixelThinner::setBounds(std::size_t fragments) {
 }
 
 bool PixelThinner::isNear(const DeepState& a, const DeepState& b) const {
-    bool near = true;
-    for (std::size_t i = 0; i < a.size(); ++i)
-        near = near && std::abs(a[i] - b[i]) <= bounds_[i];
-    return near;
+    const StateLanes x = lanesOf(a), y = lanesOf(b), bounds = lanesOf(bounds_);
+    return isWithin(x, y, bounds) && isWithin(y, x, bounds);
 }
 
 /// Whether one state can stand for a run that ends behind piece `end` − 1.
 bool PixelThinner::fits(const StateRange& run, std::size_t end) const {
-    bool good = true;
-    for (std::size_t i = 0; i < bounds_.size(); ++i)
-        good = good && run.greatest[i] - run.least[i] <= 2 * bounds_[i];
+    if (!isWithin(run.high, run.low, lanesOf(widths_))) return false;
+    const auto greatest = std::bit_cast<DeepState>(run.high);
     for (std::size_t c = 0; c < 3; ++c)
-        good = good && !(isPinned(c, end) && run.greatest[3 + c] > bounds_[3 + c]);
-    return good;
+        if (isPinned(c, end) && greatest[3 + c] > bounds_[3 + c]) return false;
+    return true;
 }
 
 bool PixelThinner::walk() {
     const bool volumes = curve_.hasVolumes();
     for (std::size_t piece = hold(0); piece < pieces_; piece = hold(piece)) {
-        std::optional<Step> step = point(piece);
+        Step& step = steps_[count_++];
+        bool found = point(piece, step);
         if (volumes) {
-            std::optional<Step> other = volume(piece);
-            if (other && (!step || other->end > step->end)) step = other;
+            const std::optional<Step> other = volume(piece);
+            if (other && (!found || other->end > step.end)) step = *other;
+            found = found || other;
         }
-        if (!step) return false;
-        samples_.push_back(step->sample);
-        state_ = step->state;
-        piece = step->end;
+        if (!found) return false;
+        state_ = step.state;
+        piece = step.end;
     }
     return true;
 }
@@ -233,33 +246,36 @@ std::size_t PixelThinner::hold(std::size_t piece) const {
     return piece;
 }
 
-/// Returns the original sample if it leads from the present state exactly to the next.
-std::optional<PixelThinner::Step> PixelThinner::copyOf(std::size_t piece) const {
-    if (!curve_.pieces()[piece].whole || state_ != curve_.states()[piece]) return {};
-    return Step{curve_.pieces()[piece], curve_.states()[piece + 1], piece + 1};
+/// Makes a step of the original sample if it leads from the present state exactly to the next.
+bool PixelThinner::copyOf(std::size_t piece, Step& step) const {
+    if (!curve_.pieces()[piece].whole || state_ != curve_.states()[piece]) return false;
+    step = {curve_.pieces()[piece], curve_.states()[piece + 1], piece + 1};
+    return true;
 }
 
-/// Returns a point at the front of a piece, and the farthest run that it can begin.
-std::optional<PixelThinner::Step> PixelThinner::point(std::size_t piece) const {
+/// Makes a point at the front of a piece, for the farthest run that it can begin.
+bool PixelThinner::point(std::size_t piece, Step& step) const {
     const DeepPiece& at = curve_.pieces()[piece];
     const std::span<const DeepState> states = curve_.states();
     const std::size_t first = at.volume() ? piece : piece + 1;
     std::size_t end = first;
-    for (StateRange run(states[first]); end < pieces_; ++end) {
-        run.add(states[end + 1]);
-        if (!fits(run, end + 1)) break;
+    StateRange run(states[first]);
+    for (StateRange next = run; end < pieces_; ++end, run = next) {
+        next.add(states[end + 1]);
+        if (!fits(next, end + 1)) break;
     }
-    if (end == piece) return {};
-    if (end == piece + 1 && !at.volume())
-        if (std::optional<Step> copy = copyOf(piece)) return copy;
+    if (end == piece + 1 && !at.volume() && copyOf(piece, step)) return true;
+    step.sample.front = step.sample.back = at.front;
+    step.sample.sample = at.sample;
+    step.sample.whole = false;
     for (; end > piece; --end) {
-        StateRange run(states[first]);
-        for (std::size_t i = first + 1; i <= end; ++i)
+        step.end = end;
+        if (settle(run, step)) return true;
+        run = StateRange(states[first]);
+        for (std::size_t i = first + 1; i < end; ++i)
             run.add(states[i]);
-        Step step{{at.front, at.front, {}, {}, at.sample, false}, state_, end};
-        if (settle(run, step)) return step;
     }
-    return {};
+    return false;
 }
 
 /// Returns the nearest opacity that can be stored. Only if `pinned`, it is 1.
@@ -272,13 +288,15 @@ double PixelThinner::opacityNear(double opacity, bool pinned) const {
 /// Sets a point's values such that the state behind it stands for a run. Returns false if rounding
 /// does not allow it.
 bool PixelThinner::settle(const StateRange& run, Step& step) const {
+    const auto least = std::bit_cast<DeepState>(run.low);
+    const auto greatest = std::bit_cast<DeepState>(run.high);
     bool good = true;
     for (std::size_t i = bounds_.size(); i-- > 0;) {
         const std::size_t c = i % 3;
         const double front = state_[3 + c];
-        const double middle = (run.least[i] + run.greatest[i]) / 2;
+        const double middle = (least[i] + greatest[i]) / 2;
         if (i >= 3) {
-            const bool pinned = run.greatest[i] == 0 || isPinned(c, step.end);
+            const bool pinned = greatest[i] == 0 || isPinned(c, step.end);
             step.sample.opacity[c] = opacityNear(front > 0 ? 1 - middle / front : 1, pinned);
             step.state[i] = front * (1 - step.sample.opacity[c]);
         } else {
@@ -287,14 +305,14 @@ bool PixelThinner::settle(const StateRange& run, Step& step) const {
             step.sample.color[c] = color;
             step.state[i] = state_[i] + front * color;
         }
-        good = good && step.state[i] >= run.greatest[i] - bounds_[i] &&
-               step.state[i] <= run.least[i] + bounds_[i];
+        good = good && step.state[i] >= greatest[i] - bounds_[i] &&
+               step.state[i] <= least[i] + bounds_[i];
     }
     return good;
 }
 
 /// Returns the volume from the front of a piece that reaches farthest.
-std::optional<PixelThinner::Step> PixelThinner::volume(std::size_t piece) const {
+std::optional<Step> PixelThinner::volume(std::size_t piece) const {
     const bool flat = !curve_.pieces()[piece].volume();
     std::optional<Step> best;
     std::size_t good = piece, bad = pieces_;  // the last pieces that fit and do not fit
@@ -318,14 +336,13 @@ std::optional<PixelThinner::Step> PixelThinner::volume(std::size_t piece) const 
 
 /// Returns the volume from the front of `piece` to the back of `last`, if its error is small enough
 /// everywhere.
-std::optional<PixelThinner::Step> PixelThinner::fitVolume(std::size_t piece,
-                                                          std::size_t last) const {
+std::optional<Step> PixelThinner::fitVolume(std::size_t piece, std::size_t last) const {
     const std::span<const DeepPiece> pieces = curve_.pieces();
-    if (last == piece)
-        if (std::optional<Step> copy = copyOf(piece)) return copy;
-    Step step{{pieces[piece].front, pieces[last].back, {}, {}, pieces[piece].sample, false},
-              state_,
-              last + 1};
+    Step step;
+    if (last == piece && copyOf(piece, step)) return step;
+    step = {{pieces[piece].front, pieces[last].back, {}, {}, pieces[piece].sample, false},
+            state_,
+            last + 1};
     for (std::size_t c = 0; c < 3; ++c) {
         if (isPinned(c, step.end)) return {};
         const std::optional<double> opacity = fitOpacity(piece, last, c);
@@ -430,9 +447,9 @@ bool PixelThinner::isSameObject(std::uint32_t a, std::uint32_t b) const {
            (!materials_ || materials_.id(a) == materials_.id(b));
 }
 
-/// Returns the longest run of samples of one object that one sample can stand for. In front of it
-/// the original's states must be near the present one, behind it near the run's last.
-PixelThinner::Step PixelThinner::objectStep(std::size_t piece) const {
+/// Places one sample for the longest run of samples of one object. In front of it the original's
+/// states must be near the present one, behind it near the run's last.
+void PixelThinner::objectStep(std::size_t piece, Step& step) const {
     const std::span<const DeepPiece> pieces = curve_.pieces();
     const std::span<const DeepState> states = curve_.states();
     std::size_t at = piece;  // the piece at which the sample stands
@@ -449,18 +466,16 @@ PixelThinner::Step PixelThinner::objectStep(std::size_t piece) const {
             break;
         ++end;
     }
-    return {{pieces[at].front, pieces[at].front, {}, {}, pieces[at].sample, false}, state_, end};
+    step = {{pieces[at].front, pieces[at].front, {}, {}, pieces[at].sample, false}, state_, end};
 }
 
 bool PixelThinner::walkObjects() {
     for (std::size_t piece = 0; piece < pieces_;) {
-        Step step = objectStep(piece);
-        const std::optional<Step> copy = step.end == piece + 1 ? copyOf(piece) : std::nullopt;
-        if (copy)
-            step = *copy;
-        else if (!settle(StateRange(curve_.states()[step.end]), step))
+        Step& step = steps_[count_++];
+        objectStep(piece, step);
+        if (!(step.end == piece + 1 && copyOf(piece, step)) &&
+            !settle(StateRange(curve_.states()[step.end]), step))
             return false;
-        samples_.push_back(step.sample);
         state_ = step.state;
         piece = step.end;
     }
@@ -468,7 +483,7 @@ bool PixelThinner::walkObjects() {
 }
 
 double PixelThinner::error() {
-    stored_.assign(samples_);
+    stored_.assign(steps() | std::views::transform(&Step::sample));
     return largestDifference(stored_, curve_).error;
 }
 
@@ -497,6 +512,14 @@ struct ThinRow {
     double largest_error = 0;
 };
 
+/// What a thread keeps from row to row.
+struct ThinScratch {
+    ThinScratch(const LayeredImage& image, const DeepMergeSettings& settings)
+        : thinner(image, settings), floats(image) {}
+    PixelThinner thinner;
+    DeepFloats floats;
+};
+
 /// The thinning of rows of a band: first of each row by itself, then, when the places of all
 /// samples are known, into the result.
 class RowThinner {
@@ -515,26 +538,36 @@ class RowThinner {
     void store(const ThinRow& row, std::size_t begin, std::size_t end) const;
 
   private:
+    void thin(std::size_t begin, std::size_t end, ThinScratch& scratch, ThinRow& row) const;
     std::size_t sourceOf(std::size_t pixel) const { return image_.offsets[pixel_ + pixel]; }
     Glance look(const DeepSamples& samples) const;
-    void store(const StoredSample& sample, std::size_t target) const;
+    void setValues(const StoredSample& sample, std::size_t target) const;
 
     const LayeredImage& image_;
     const DeepMergeSettings& settings_;
     LayeredImage& out_;
     std::size_t pixel_;  ///< index of the first pixel in the band
+    mutable ObjectPool<std::optional<ThinScratch>> scratch_;
 };
 
 Glance RowThinner::look(const DeepSamples& samples) const {
     if (!samples.back.empty()) return {samples.z.size(), true};
     const auto error = static_cast<float>(2 * settings_.error);
-    return samples.tinted ? glance<true>(samples, error) : glance<false>(samples, error);
+    return glance(samples, error);
 }
 
 ThinRow RowThinner::thin(std::size_t begin, std::size_t end) const {
-    PixelThinner thinner(image_, settings_);
     ThinRow row;
-    DeepFloats floats(image_);
+    scratch_.with([&](std::optional<ThinScratch>& scratch) {
+        if (!scratch) scratch.emplace(image_, settings_);
+        thin(begin, end, *scratch, row);
+    });
+    return row;
+}
+
+void RowThinner::thin(std::size_t begin, std::size_t end, ThinScratch& scratch,
+                      ThinRow& row) const {
+    auto& [thinner, floats] = scratch;
     floats.convert(sourceOf(begin), sourceOf(end));
     for (std::size_t p = begin; p < end; ++p) {
         const std::size_t source = sourceOf(p);
@@ -547,42 +580,44 @@ ThinRow RowThinner::thin(std::size_t begin, std::size_t end) const {
         if (!(error <= settings_.error)) continue;
         row.largest_error = std::max(row.largest_error, error);
         row.pixels.push_back(p);
-        out_.offsets[p + 1] = static_cast<std::uint32_t>(thinner.samples().size());
-        for (const ThinSample& sample : thinner.samples())
-            row.samples.emplace_back(sample);
+        out_.offsets[p + 1] = static_cast<std::uint32_t>(thinner.steps().size());
+        for (const Step& step : thinner.steps())
+            row.samples.emplace_back(step.sample);
     }
-    return row;
 }
 
 void RowThinner::store(const ThinRow& row, std::size_t begin, std::size_t end) const {
-    std::size_t next = 0, sample = 0;             // in `row`
-    std::size_t source = 0, target = 0, run = 0;  // fragments that are copied together
-    const auto flush = [&] {
-        copyFragments(image_, source, out_, target, run);
-        run = 0;
-    };
-    for (std::size_t p = begin; p < end; ++p) {
-        const std::size_t count = out_.count(p);
-        if (next < row.pixels.size() && row.pixels[next] == p) {
-            flush();
-            ++next;
-            for (std::size_t i = 0; i < count; ++i)
-                store(row.samples[sample++], out_.offsets[p] + i);
-            continue;
-        }
-        if (source + run != sourceOf(p)) flush();
-        if (run == 0) {
-            source = sourceOf(p);
-            target = out_.offsets[p];
+    std::size_t source = 0, target = out_.offsets[begin], run = 0;  // copied together
+    const auto copy = [&](std::size_t from, std::size_t count) {
+        if (source + run != from) {
+            copyFragments(image_, source, out_, target, run);
+            source = from;
+            target += run;
+            run = 0;
         }
         run += count;
+    };
+    auto pixel = row.pixels.begin();
+    auto sample = row.samples.begin();
+    for (std::size_t p = begin; p < end; ++p) {
+        const std::size_t count = out_.count(p);
+        if (pixel == row.pixels.end() || *pixel != p) {
+            copy(sourceOf(p), count);
+            continue;
+        }
+        ++pixel;
+        for (std::size_t i = 0; i < count; ++i)
+            copy((sample++)->sample, 1);
     }
-    flush();
+    copyFragments(image_, source, out_, target, run);
+    sample = row.samples.begin();
+    for (const std::size_t p : row.pixels)
+        for (std::size_t f = out_.offsets[p]; f < out_.offsets[p + 1]; ++f, ++sample)
+            if (!sample->whole) setValues(*sample, f);
 }
 
-void RowThinner::store(const StoredSample& sample, std::size_t target) const {
-    copyFragments(image_, sample.sample, out_, target, 1);
-    if (sample.whole) return;
+/// Gives a copy of the nearest fragment the values of a sample.
+void RowThinner::setValues(const StoredSample& sample, std::size_t target) const {
     out_.z[target] = sample.front;
     for (FragmentArray& array : out_.extra) {
         for (std::size_t c = 0; c < array.components(); ++c)

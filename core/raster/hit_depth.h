@@ -8,9 +8,9 @@
 #include <glm/glm.hpp>
 
 #include <peeler/view.h>
+#include "core/base/lanes.h"
 #include "core/raster/alpha_test.h"
 #include "core/raster/corner_grid.h"
-#include "core/raster/lanes.h"
 #include "core/raster/span_store.h"
 
 namespace peeler {

@@ -4,7 +4,7 @@
 #include <cstring>
 #include <utility>
 
-#include "core/raster/lanes.h"
+#include "core/base/lanes.h"
 
 namespace peeler {
 namespace {

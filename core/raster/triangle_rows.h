@@ -10,8 +10,8 @@
 #include <tuple>
 #include <utility>
 
+#include "core/base/lanes.h"
 #include "core/raster/corner_grid.h"
-#include "core/raster/lanes.h"
 
 namespace peeler {
 

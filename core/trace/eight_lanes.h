@@ -5,7 +5,7 @@
 #include <array>
 #include <cstdint>
 
-#include "core/raster/lanes.h"
+#include "core/base/lanes.h"
 
 namespace peeler {
 

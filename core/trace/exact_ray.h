@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "core/raster/lanes.h"
+#include "core/base/lanes.h"
 #include "core/trace/cell_grid.h"
 
 namespace peeler {
