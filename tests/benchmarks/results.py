@@ -61,7 +61,12 @@ SECTIONS: Dict[str, Section] = {
     "hits": Section(
         "Hits",
         "peeler on the CPU, without GL, and Embree find [the same hits](../README.md#measured-side-by-side) in turn.",
-        (("table.py", "--build", "{build}", "--rows", "bundle,bundles,lenses,maps,hits,baking,growth"),)),
+        (("table.py", "--build", "{build}", "--rows", "bundle,bundles,maps,hits,baking,growth"),)),
+    "lenses": Section(
+        "Lenses and lists",
+        "peeler and Embree find [the same hits](../README.md#measured-side-by-side) of a lens's pixels, or of a list of LiDAR rays, "
+        "in turn. Embree has single precision and may miss hits at edges.",
+        (("table.py", "--build", "{build}", "--rows", "lenses"),)),
     "many-views": Section(
         "Many views",
         "[Data sets](../README.md#measured-side-by-side) of all sample models of 500 triangles or more; pixels are alike where "

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "cmd/tiny_gltf.h"
 #include "support/npz_file.h"
@@ -71,6 +72,61 @@ TEST_F(LensRaysCli, AFisheyeSeesTheTriangleAtItsSolidAngle) {
     const double denominator = std::sqrt(3.0) * std::sqrt(3.0) * std::sqrt(2.0) +
                                1 * std::sqrt(2.0) + 0 * std::sqrt(3.0) + 0 * std::sqrt(3.0);
     EXPECT_NEAR(solid_angle, 2 * std::atan2(numerator, denominator), 2e-3);
+}
+
+// Projects the hits by OpenCV, and compares with the pixels of their rays. The arguments: .npz,
+// .ply, model, coefficients, focal lengths and centre, width.
+constexpr const char* kProjectByOpencv = R"(
+import sys, numpy as np, cv2
+npz, ply, model, coefficients, intrinsics, width = sys.argv[1:]
+splits = np.load(npz)['ray_splits']
+ray = np.repeat(np.arange(len(splits) - 1), np.diff(splits))
+data = open(ply, 'rb').read()
+head, body = data[:data.index(b'end_header\n')].decode(), data[data.index(b'end_header\n') + 11:]
+size = {'double': 8, 'float': 4, 'uint': 4, 'int': 4, 'float32': 4, 'float64': 8, 'uint32': 4, 'int32': 4}
+step = sum(size[l.split()[1]] for l in head.splitlines() if l.startswith('property'))
+points = np.ndarray((len(ray), 3), '<f8', body, strides=(step, 8)).copy()
+fx, fy, cx, cy = map(float, intrinsics.split(','))
+K = np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]])
+d = np.array([float(c) for c in coefficients.split(',')])
+R = np.array([[0.36, 0.48, -0.8], [-0.8, 0.6, 0], [0.48, 0.64, 0.6]]).T
+t = np.array([0.1, -0.2, 2.5])
+r = cv2.Rodrigues(R)[0]
+if model == 'opencv':
+    at = cv2.projectPoints(points.reshape(-1, 1, 3), r, t, K, d)[0].reshape(-1, 2)
+else:
+    at = cv2.fisheye.projectPoints(points.reshape(-1, 1, 3), r, t.reshape(3, 1), K, d)[0].reshape(-1, 2)
+pixel = np.stack([ray % int(width), ray // int(width)], 1)
+print(len(points), np.abs(at - pixel).max())
+)";
+
+TEST_F(LensRaysCli, OpencvProjectsHitsToTheirPixels) {
+    PEELER_REQUIRE_PYTHON("cv2");
+    const std::string pose = "--pose=0.36,-0.8,0.48,0.1,0.48,0.6,0.64,-0.2,-0.8,0,0.6,2.5";
+    const std::string intrinsics = "310,305,163.2,117.9";
+    for (const auto& [model, coefficients] :
+         {std::pair("opencv", "-0.25,0.06,0.001,-0.002,0.01"),
+          std::pair("opencv", "0.2,-0.1,1e-3,2e-3,0.05,0.3,0.02,0.01,1e-3,2e-3,-3e-3,1e-3"),
+          std::pair("opencv-fisheye", "0.03,-0.01,0.004,-0.0006")}) {
+        const std::vector<std::string> camera = {
+            "--lens", model,          "--distortion=" + std::string(coefficients),
+            pose,     "--intrinsics", intrinsics,
+            "--size", "320x240"};
+        traced(camera, "h.npz");
+        std::vector<std::string> points = camera;
+        points.emplace_back("--double");
+        const Json json = traced(points, "h.ply");
+        EXPECT_GT(json.at("hits"), 3000);
+        const Outcome read = runPython(kProjectByOpencv, {scratch_ / "h.npz", scratch_ / "h.ply",
+                                                          model, coefficients, intrinsics, "320"});
+        ASSERT_EQ(read.exit_code, 0) << read.err;
+        std::istringstream numbers(read.out);
+        std::size_t hits = 0;
+        double farthest = 1;
+        numbers >> hits >> farthest;
+        EXPECT_EQ(hits, json.at("hits").get<std::size_t>());
+        EXPECT_LT(farthest, 1e-4) << model << " " << coefficients;
+    }
 }
 
 TEST_F(LensRaysCli, ALensWithoutDistortionIsThePinhole) {
