@@ -21,6 +21,9 @@ class DepthComplexity {
     /// (display-window coordinates). Each pixel of the crop may be added only once.
     void addRow(int x, int y, std::span<const std::uint32_t> counts);
 
+    /// Adds pixels without fragments.
+    void addEmpty(std::uint64_t pixels) { histogram_[0] += pixels; }
+
     /// Adds the fragment counts of a band's pixels.
     void addBand(const LayeredImage& band);
 

@@ -6,8 +6,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <optional>
 #include <vector>
 
+#include "core/raster/alpha_ranges.h"
 #include "core/scene/posed_scene.h"
 
 namespace peeler {
@@ -23,7 +25,17 @@ class AlphaTest {
     bool passes(const std::array<std::uint32_t, 3>& vertex,
                 const std::array<double, 3>& weight) const;
 
+    /// Returns whether all points of the triangle pass (true) or none (false); nullopt if this is
+    /// not known without testing them. `ranges` must be those of image(), and may be null without
+    /// an image.
+    std::optional<bool> passesEverywhere(const std::array<std::uint32_t, 3>& vertex,
+                                         const AlphaRanges* ranges) const;
+    /// Returns the base colour's image; null if there is none.
+    const Image* image() const { return image_; }
+
   private:
+    bool passes(double alpha) const;
+
     const Material* material_;
     const Image* image_ = nullptr;
     const std::vector<glm::vec2>* texcoords_ = nullptr;  ///< the UV set that the image uses

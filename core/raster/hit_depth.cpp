@@ -90,9 +90,11 @@ std::array<double, 3> TriangleTest::weightsAt(int x, int y) const {
 }
 
 bool TriangleTest::passes(int x, int y) const {
-    const Projection& projection = seen_.view.projection;
-    const float z = hitZAt(triangle_, projection.perspective, x, y);
-    if (seen_.cut && !(double{z} >= projection.near && double{z} < projection.far)) return false;
+    if (seen_.cut) {
+        const Projection& projection = seen_.view.projection;
+        const auto z = double{hitZAt(triangle_, projection.perspective, x, y)};
+        if (!(z >= projection.near && z < projection.far)) return false;
+    }
     return !alpha_ || alpha_->passes(vertex_, weightsAt(x, y));
 }
 

@@ -40,25 +40,29 @@ constexpr double kNoHit = std::numeric_limits<double>::max();
 
 }  // namespace
 
-std::uint64_t countHits(const SpanStore& store, std::size_t row, std::span<std::uint32_t> counts) {
+HitCount countHits(const SpanStore& store, std::size_t row, std::span<std::uint32_t> counts) {
     std::fill(counts.begin(), counts.end(), 0U);
     std::uint32_t beyond = 0;  // dummy target for spans that end at the row's end
     const std::size_t width = counts.size();
+    std::uint32_t begin = static_cast<std::uint32_t>(width), last = 0;
     store.forEachSpan(row, [&](std::span<const Span> spans) {
         for (const Span& span : spans) {
             const std::size_t end = std::size_t{span.last} + 1;
+            begin = std::min<std::uint32_t>(begin, span.first);
+            last = std::max<std::uint32_t>(last, span.last);
             ++counts[span.first];
             --(end < width ? counts[end] : beyond);
         }
     });
-    std::uint64_t sum = 0;
+    if (begin == width) return {};
+    HitCount found{0, begin, std::size_t{last} + 1};
     std::uint32_t count = 0;
-    for (std::uint32_t& at : counts) {
+    for (std::uint32_t& at : counts.subspan(found.begin, found.end - found.begin)) {
         count += at;
         at = count;
-        sum += count;
+        found.hits += count;
     }
-    return sum;
+    return found;
 }
 
 namespace {
@@ -99,7 +103,8 @@ void HitSorter::fill(const SpanStore& store, const HitRow& row) {
             const double start = triangle.along_y * row.y + triangle.at_origin;
             const float nearest = triangle.nearest, farthest = triangle.farthest;
             const std::uint32_t order = kSloped ? span.triangle : triangle.key;
-            for (std::uint32_t x = span.first; x <= span.last; x += HitRun::kWide) {
+            const std::uint32_t last = span.last - row.column;
+            for (std::uint32_t x = span.first - row.column; x <= last; x += HitRun::kWide) {
                 if (run.hits > HitRun::kMost - HitRun::kWide) run.scatter(hits, next);
                 const TwoDoubles none{}, step = {0, 1};
                 const TwoDoubles at =
@@ -110,7 +115,7 @@ void HitSorter::fill(const SpanStore& store, const HitRow& row) {
                 std::uint32_t* const column = run.column.data() + run.hits;
                 for (std::uint32_t k = 0; k < HitRun::kWide; ++k)
                     column[k] = x + k;
-                run.hits += std::min<std::size_t>(HitRun::kWide, span.last - x + 1);
+                run.hits += std::min<std::size_t>(HitRun::kWide, last - x + 1);
             }
         }
     });
@@ -135,6 +140,7 @@ void HitSorter::sortLists(const HitRow& row) {
             }
             most = std::max(most, count[list]);
         }
+        if (most == 0) continue;
         for (std::size_t list = 0; list < kListsAtOnce; ++list) {
             const double* const hits = hits_.data() + begin[list];
             for (std::uint32_t i = 0; i < count[list]; ++i)
@@ -160,8 +166,8 @@ void HitSorter::sortLong(const HitRow& row, std::uint32_t begin, std::uint32_t e
 
 bool HitSorter::sortRow(const SpanStore& store, const HitRow& row) {
     const std::size_t rays = row.offsets.size();
+    if (rays == 0) return true;
     const std::uint32_t first = row.offsets[0], count = row.end - first;
-    if (count == 0) return true;
     if (hits_.size() < count) resizeAnew(hits_, count);
     next_.resize(rays);
     for (std::size_t i = 0; i < rays; ++i)

@@ -13,14 +13,20 @@
 
 namespace peeler {
 
-/// Writes the number of hits of each ray of a row to `counts` (one entry per ray). Returns the
-/// row's number of hits.
-std::uint64_t countHits(const SpanStore& store, std::size_t row, std::span<std::uint32_t> counts);
+/// The hits of a row. Rays before `begin`, and from `end` on, have none.
+struct HitCount {
+    std::uint64_t hits = 0;
+    std::size_t begin = 0, end = 0;
+};
+
+/// Writes the number of hits of each ray of a row to `counts` (one entry per ray).
+HitCount countHits(const SpanStore& store, std::size_t row, std::span<std::uint32_t> counts);
 
 /// A row of a picture, and where to write its hits.
 struct HitRow {
-    std::size_t row = 0;  ///< index of the row in the SpanStore
-    int x0 = 0, y = 0;    ///< pixel (in the picture) of the row's first ray
+    std::size_t row = 0;       ///< index of the row in the SpanStore
+    std::uint32_t column = 0;  ///< column (Span) of the row's first ray
+    int x0 = 0, y = 0;         ///< pixel (in the picture) of the row's first ray
     bool perspective = false;
     /// Offset of each ray's first hit. The offsets may begin at any number.
     std::span<const std::uint32_t> offsets;

@@ -145,8 +145,12 @@ void HitRasterizer::State::countSection(const Window& section) {
         rows.y1 = std::min(section.y1, rows.y0 + kRowsAtOnce);
         DepthComplexity part(rows);
         for (int y = rows.y0; y < rows.y1; ++y) {
-            countHits(store, static_cast<std::size_t>(y - section.y0), counts);
-            part.addRow(rows.x0, y, counts);
+            const HitCount found =
+                countHits(store, static_cast<std::size_t>(y - section.y0), counts);
+            const std::size_t used = found.end - found.begin;
+            part.addRow(rows.x0 + static_cast<int>(found.begin), y,
+                        std::span(counts).subspan(found.begin, used));
+            part.addEmpty(width - used);
         }
         const std::lock_guard lock(mutex);
         shown->complexity.add(part);
@@ -269,24 +273,27 @@ void HitRasterizer::State::captureRow(const Window& band, int section_top, int y
     std::uint32_t* const offsets = image.offsets.data() + image.pixelIndex(band.x0, y);
     // Only the offsets of this row are written. The offset after them belongs to the next row.
     const std::span<std::uint32_t> counts = sorter.counts(width);
-    const std::uint64_t found = countHits(store, row, counts);
-    if (found != shown->complexity.rowFragments(y)) {
+    const HitCount found = countHits(store, row, counts);
+    if (found.hits != shown->complexity.rowFragments(y)) {
         throw Error(ErrorKind::kInternal,
-                    std::to_string(found) + " hits were found, but " +
+                    std::to_string(found.hits) + " hits were found, but " +
                         std::to_string(shown->complexity.rowFragments(y)) + " were counted",
                     "row " + std::to_string(y), "please report this with the scene");
     }
     std::uint32_t at = first;
-    for (std::size_t x = 0; x < width; ++x) {
+    std::fill_n(offsets, found.begin, at);
+    for (std::size_t x = found.begin; x < found.end; ++x) {
         offsets[x] = at;
         at += counts[x];
     }
+    std::fill(offsets + found.end, offsets + width, at);
     HitRow hits;
     hits.row = row;
-    hits.x0 = band.x0;
+    hits.column = static_cast<std::uint32_t>(found.begin);
+    hits.x0 = band.x0 + static_cast<int>(found.begin);
     hits.y = y;
     hits.perspective = shown->seen.view.projection.perspective;
-    hits.offsets = {offsets, width};
+    hits.offsets = {offsets + found.begin, found.end - found.begin};
     hits.end = at;
     hits.z = image.z.data() + first;
     hits.keys = image.extra.front().as<std::uint32_t>().data() + first;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include <peeler/error.h>
 #include "core/base/parallel.h"
@@ -47,7 +48,11 @@ SceneTriangles::SceneTriangles(const PosedScene& posed) : posed_(posed) {
         if (piece.triangles == 0) continue;
         piece.mirrored = draw.mirrored;
         piece.double_sided = scene.materials[draw.material].double_sided;
-        if (draw.alpha_tested) piece.alpha = &alpha_tests_.emplace_back(posed_, geometry);
+        if (draw.alpha_tested) {
+            piece.alpha = &alpha_tests_.emplace_back(posed_, geometry);
+            if (const Image* const image = piece.alpha->image())
+                piece.ranges = &alpha_ranges_.try_emplace(image, *image).first->second;
+        }
         for (std::size_t i = 0; i < draw.instances; ++i) {
             if (batches_.empty() ||
                 batches_.back().corners + piece.positions->size() > kBatchCorners) {
@@ -126,8 +131,9 @@ class BlockWalk {
         rows_ += first < end ? 1U : 0U;
     }
     void storeRows();
+    void beginTriangle(const Candidate& candidate);
     void storeSpan(std::int32_t row, std::int32_t first, std::int32_t end);
-    void storeTested(const TriangleTest& test, const Row& row);
+    void storeTested(const Row& row);
     bool culled(bool clockwise) const {
         // Front faces are counter-clockwise, unless mirrored.
         return clockwise != piece_->mirrored ? cull_back_ : cull_front_;
@@ -150,6 +156,9 @@ class BlockWalk {
     const SnappedCorner* corners_ = nullptr;
     const CornerPlacement* placement_ = nullptr;
     bool cull_front_ = false, cull_back_ = false;
+    // The last triangle that was stored: whether all of its rays pass, or none; else the test.
+    std::optional<bool> passes_;
+    std::optional<TriangleTest> test_;
     // Rows that have not been stored.
     std::array<Row, kRows + 1> row_;
     std::array<Candidate, kRows + 1> candidate_;
@@ -165,34 +174,41 @@ void BlockWalk::storeSpan(std::int32_t row, std::int32_t first, std::int32_t end
                                 static_cast<std::uint16_t>(end - 1 - window_.x0)});
 }
 
-void BlockWalk::storeTested(const TriangleTest& test, const Row& row) {
+void BlockWalk::storeTested(const Row& row) {
     std::int32_t begin = row.first;
     for (std::int32_t ray = row.first; ray <= row.end; ++ray) {
-        const bool passes = ray < row.end && test.passes(ray - seen_.grid.origin().x,
-                                                         row.row - seen_.grid.origin().y);
+        const bool passes = ray < row.end && test_->passes(ray - seen_.grid.origin().x,
+                                                           row.row - seen_.grid.origin().y);
         if (passes) continue;
         if (begin < ray) storeSpan(row.row, begin, ray);
         begin = ray + 1;
     }
 }
 
+/// Finds the plane of a triangle, and whether its rays need tests.
+void BlockWalk::beginTriangle(const Candidate& candidate) {
+    const std::array<glm::vec3, 3> positions = positionsOf(candidate.vertex);
+    HitTriangle& triangle = triangles_[found_++];
+    triangle = hitTriangle(*placement_, seen_, positions);
+    triangle.key = piece_->first_key + candidate.element;
+    const AlphaTest* alpha = piece_->alpha;
+    passes_ = alpha ? alpha->passesEverywhere(candidate.vertex, piece_->ranges) : true;
+    if (passes_ == true) alpha = nullptr;
+    if (passes_ == true && seen_.cut && !isWithin(triangle, seen_.view.projection)) passes_ = {};
+    if (!passes_) test_.emplace(seen_, *placement_, triangle, alpha, candidate.vertex, positions);
+}
+
 void BlockWalk::storeRows() {
     for (std::size_t i = 0; i < rows_ && room_; ++i) {
         const Row row = row_[i];
-        const Candidate& candidate = candidate_[row.candidate];
         if (row.candidate != last_stored_) {
             last_stored_ = row.candidate;
-            HitTriangle& triangle = triangles_[found_++];
-            triangle = hitTriangle(*placement_, seen_, positionsOf(candidate.vertex));
-            triangle.key = piece_->first_key + candidate.element;
+            beginTriangle(candidate_[row.candidate]);
         }
-        const HitTriangle& triangle = triangles_[found_ - 1];
-        if (!piece_->alpha && (!seen_.cut || isWithin(triangle, seen_.view.projection)))
+        if (passes_ == true)
             storeSpan(row.row, row.first, row.end);
-        else
-            storeTested({seen_, *placement_, triangle, piece_->alpha, candidate.vertex,
-                         positionsOf(candidate.vertex)},
-                        row);
+        else if (!passes_)
+            storeTested(row);
     }
     rows_ = 0;
     // Keeps the last candidate, which may have more rows.

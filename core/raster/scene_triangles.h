@@ -6,9 +6,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <map>
 #include <vector>
 
 #include <peeler/capture_settings.h>
+#include "core/raster/alpha_ranges.h"
 #include "core/raster/alpha_test.h"
 #include "core/raster/corner_grid.h"
 #include "core/raster/span_store.h"
@@ -35,7 +37,8 @@ struct TrianglePiece {
     const std::vector<glm::vec3>* positions = nullptr;
     glm::dmat4 world{1};
     bool mirrored = false, double_sided = false;
-    const AlphaTest* alpha = nullptr;  ///< null if there is no alpha test
+    const AlphaTest* alpha = nullptr;     ///< null if there is no alpha test
+    const AlphaRanges* ranges = nullptr;  ///< of the alpha test's image
     std::uint32_t first_key = 0;
     /// Index of the piece's first triangle. Pieces are sorted by this index.
     std::uint64_t first = 0;
@@ -71,6 +74,7 @@ class SceneTriangles {
 
     PosedScene posed_;
     std::vector<AlphaTest> alpha_tests_;
+    std::map<const Image*, AlphaRanges> alpha_ranges_;
     std::vector<TrianglePiece> pieces_;
     std::vector<Batch> batches_;
     std::size_t blocks_ = 0, most_corners_ = 0;

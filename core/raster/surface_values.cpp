@@ -17,9 +17,18 @@
 namespace peeler {
 namespace {
 
-/// Applies the sampler's wrap mode to a texel coordinate.
+constexpr int kNearest = 9728, kClampToEdge = 33071, kMirroredRepeat = 33648;
+
+/// Rounds down. std::floor is a function call on processors without SSE 4.1.
+double roundedDown(double value) {
+    if (!(std::abs(value) < 1e9)) return std::floor(value);
+    const auto whole = static_cast<double>(static_cast<std::int32_t>(value));
+    return whole > value ? whole - 1 : whole;
+}
+
+/// Applies the sampler's wrap mode to a texel coordinate, which must be whole.
 int wrapped(double texel, int size, int wrap) {
-    constexpr int kClampToEdge = 33071, kMirroredRepeat = 33648;
+    if (texel >= 0 && texel < size) return static_cast<int>(texel);
     if (wrap == kClampToEdge)
         return static_cast<int>(std::clamp(texel, 0.0, static_cast<double>(size - 1)));
     const double period = wrap == kMirroredRepeat ? 2.0 * size : size;
@@ -40,38 +49,77 @@ const std::array<double, 256>& decoded(bool srgb) {
     return kTables[srgb ? 1 : 0];
 }
 
-glm::dvec4 texel(const Image& image, int x, int y, bool srgb) {
-    const std::uint8_t* const rgba =
-        image.rgba.data() +
-        4 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) +
-             static_cast<std::size_t>(x));
-    const auto& color = decoded(srgb);
-    return {color[rgba[0]], color[rgba[1]], color[rgba[2]], decoded(false)[rgba[3]]};
+/// The place of a texel in Image::rgba.
+std::size_t texelIndex(const Image& image, int x, int y) {
+    return 4 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) +
+                static_cast<std::size_t>(x));
 }
 
-}  // namespace
-
-glm::dvec4 texelAt(const Image& image, const TextureRef& texture, const glm::dvec2& uv, bool srgb) {
-    constexpr int kNearest = 9728;
+/// Samples a texture; read(x, y) returns the values of a texel.
+template <class Read>
+auto sampled(const Image& image, const TextureRef& texture, const glm::dvec2& uv, Read&& read) {
     const Sampler& sampler = texture.sampler;
     const glm::dvec3 moved = glm::dmat3(texture.transform) * glm::dvec3(uv, 1);
     glm::dvec2 at(moved.x * image.width, moved.y * image.height);
     if (!std::isfinite(at.x) || !std::isfinite(at.y)) at = glm::dvec2(0);
     if (sampler.mag_filter == kNearest) {
-        return texel(image, wrapped(std::floor(at.x), image.width, sampler.wrap_s),
-                     wrapped(std::floor(at.y), image.height, sampler.wrap_t), srgb);
+        return read(wrapped(roundedDown(at.x), image.width, sampler.wrap_s),
+                    wrapped(roundedDown(at.y), image.height, sampler.wrap_t));
     }
     at -= 0.5;
-    const glm::dvec2 low = glm::floor(at), share = at - low;
+    const glm::dvec2 low(roundedDown(at.x), roundedDown(at.y)), share = at - low;
     const int x0 = wrapped(low.x, image.width, sampler.wrap_s);
     const int x1 = wrapped(low.x + 1, image.width, sampler.wrap_s);
     const int y0 = wrapped(low.y, image.height, sampler.wrap_t);
     const int y1 = wrapped(low.y + 1, image.height, sampler.wrap_t);
-    const glm::dvec4 above =
-        (1 - share.x) * texel(image, x0, y0, srgb) + share.x * texel(image, x1, y0, srgb);
-    const glm::dvec4 below =
-        (1 - share.x) * texel(image, x0, y1, srgb) + share.x * texel(image, x1, y1, srgb);
+    const auto above = (1 - share.x) * read(x0, y0) + share.x * read(x1, y0);
+    const auto below = (1 - share.x) * read(x0, y1) + share.x * read(x1, y1);
     return (1 - share.y) * above + share.y * below;
+}
+
+}  // namespace
+
+glm::dvec4 texelAt(const Image& image, const TextureRef& texture, const glm::dvec2& uv, bool srgb) {
+    const auto &color = decoded(srgb), &linear = decoded(false);
+    return sampled(image, texture, uv, [&](int x, int y) {
+        const std::uint8_t* const rgba = image.rgba.data() + texelIndex(image, x, y);
+        return glm::dvec4(color[rgba[0]], color[rgba[1]], color[rgba[2]], linear[rgba[3]]);
+    });
+}
+
+double alphaAt(const Image& image, const TextureRef& texture, const glm::dvec2& uv) {
+    const auto& linear = decoded(false);
+    return sampled(image, texture, uv,
+                   [&](int x, int y) { return linear[image.rgba[texelIndex(image, x, y) + 3]]; });
+}
+
+Window texelsAround(const Image& image, const TextureRef& texture,
+                    std::span<const glm::dvec2> corners) {
+    constexpr double kMost = 1e9;  // with a larger term, rounding could exceed the margin below
+    const glm::dmat3 transform(texture.transform);
+    std::array<glm::dvec2, 2> ends{glm::dvec2(kMost), glm::dvec2(-kMost)};
+    glm::dvec2 most_term(0);
+    const glm::dvec2 size(image.width, image.height);
+    for (const glm::dvec2& uv : corners) {
+        const glm::dvec2 x = glm::dvec2(transform[0]) * uv.x * size,
+                         y = glm::dvec2(transform[1]) * uv.y * size,
+                         z = glm::dvec2(transform[2]) * size;
+        ends = {glm::min(ends[0], x + y + z), glm::max(ends[1], x + y + z)};
+        most_term += glm::abs(x) + glm::abs(y) + glm::abs(z);
+    }
+    // Returns the first and the last texel of an axis. A filter reads the texels within half a
+    // texel of a point; half a texel more allows for rounding.
+    const auto range = [&](int axis, int length, int wrap) -> std::pair<int, int> {
+        const std::pair<int, int> all{0, length - 1};
+        if (!(most_term[axis] < kMost)) return all;
+        const double first = std::floor(ends[0][axis] - 1), last = std::floor(ends[1][axis] + 1);
+        if (wrap != kClampToEdge && std::floor(first / length) != std::floor(last / length))
+            return all;
+        return std::minmax({wrapped(first, length, wrap), wrapped(last, length, wrap)});
+    };
+    const auto [x0, x1] = range(0, image.width, texture.sampler.wrap_s);
+    const auto [y0, y1] = range(1, image.height, texture.sampler.wrap_t);
+    return {x0, y0, x1 + 1, y1 + 1};
 }
 
 namespace {

@@ -34,6 +34,15 @@ glm::vec<Value::length(), double> weighted(const std::vector<Value>& values,
 glm::dvec4 texelAt(const Image& image, const TextureRef& texture, const glm::dvec2& uv,
                    bool srgb = false);
 
+/// Returns texelAt()'s alpha.
+double alphaAt(const Image& image, const TextureRef& texture, const glm::dvec2& uv);
+
+/// Returns a window with all texels that texelAt() reads at points between these corners (in their
+/// convex hull). It is the whole width or height if the points lie on both sides of a repetition of
+/// the image, or are not finite.
+Window texelsAround(const Image& image, const TextureRef& texture,
+                    std::span<const glm::dvec2> corners);
+
 /// Throws Error (kUsage) if surfaceValues() does not support one of the channels. Only the tangent
 /// is not supported; bundles never request it.
 void checkSurfaceChannels(std::span<const Channel> channels);

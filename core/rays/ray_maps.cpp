@@ -249,7 +249,9 @@ void RayMaps::evaluateRows(const Bundle& bundle, const LayeredImage& band, int y
                     scratch.t.resize(hits);
                     for (std::size_t k = 0; k < hits; ++k)
                         scratch.t[k] = static_cast<float>(band.z[begin + k] * scale);
-                    const Ray ray = each_ray ? rayOf(bundle.view, glm::dvec2(x, y) + bundle.view.sample) : Ray();
+                    const Ray ray = each_ray
+                                        ? rayOf(bundle.view, glm::dvec2(x, y) + bundle.view.sample)
+                                        : Ray();
                     evaluate(scratch.t, keys.subspan(begin, hits), scratch, scratch.values, &ray);
                 }
                 const std::vector<float>& values = hits > 0 ? scratch.values : scratch.nothing;

@@ -103,7 +103,8 @@ class RayMaps {
         return needs_spans_ ? solids_->sidesBytes(settings_.overlap) : 0;
     }
 
-    /// Writes one value per channel to `out`. `t`, `keys` and `along` are as for SolidSpans::find().
+    /// Writes one value per channel to `out`. `t`, `keys` and `along` are as for
+    /// SolidSpans::find().
     void evaluate(std::span<const float> t, std::span<const std::uint32_t> keys,
                   RayMapScratch& scratch, std::span<float> out, const Ray* along = nullptr) const;
 

@@ -17,26 +17,42 @@ namespace {
 // Numbers of two welded vertices, the smaller first.
 using Edge = std::pair<std::uint32_t, std::uint32_t>;
 
+/// The finaliser of splitmix64 (Steele, Lea and Flood 2014).
+std::uint64_t mixed(std::uint64_t hash) {
+    hash = (hash ^ hash >> 30) * 0xBF58476D1CE4E5B9U;
+    hash = (hash ^ hash >> 27) * 0x94D049BB133111EBU;
+    return hash ^ hash >> 31;
+}
+
 /// The vertices of all primitives of a mesh, welded by position.
 class WeldedMesh {
   public:
     WeldedMesh(const PosedScene& posed, const MeshInstance& instance) {
         const auto& primitives = posed.primitives(instance);
-        std::vector<Place> places;
+        std::size_t vertices = 0;
         for (std::size_t i = 0; i < primitives.size(); ++i) {
-            first_.push_back(places.size());
-            if (primitives[i].topology < Topology::kTriangles) continue;
-            for (const glm::vec3& p : posed.positions(instance, i))
-                places.push_back({bitsOf(p), static_cast<std::uint32_t>(places.size())});
+            first_.push_back(vertices);
+            if (primitives[i].topology >= Topology::kTriangles)
+                vertices += posed.positions(instance, i).size();
         }
-        std::sort(places.begin(), places.end(), [](const Place& a, const Place& b) {
-            return std::tie(a.bits, a.vertex) < std::tie(b.bits, b.vertex);
-        });
-        welded_.resize(places.size());
-        std::uint32_t one = 0;
-        for (std::size_t i = 0; i < places.size(); ++i) {
-            if (i == 0 || places[i].bits != places[i - 1].bits) one = places[i].vertex;
-            welded_[places[i].vertex] = one;
+        welded_.reserve(vertices);
+        // A hash table with linear probing, at most half full. An entry is a vertex, plus 1.
+        std::vector<std::uint32_t> table(std::bit_ceil(2 * vertices + 1));
+        std::vector<std::array<std::uint32_t, 3>> bits;
+        bits.reserve(vertices);
+        for (std::size_t i = 0; i < primitives.size(); ++i) {
+            if (primitives[i].topology < Topology::kTriangles) continue;
+            for (const glm::vec3& p : posed.positions(instance, i)) {
+                bits.push_back(bitsOf(p));
+                std::size_t at = hashOf(bits.back());
+                for (;; ++at) {
+                    std::uint32_t& entry = table[at & (table.size() - 1)];
+                    if (entry == 0) entry = static_cast<std::uint32_t>(bits.size());
+                    if (bits[entry - 1] != bits.back()) continue;
+                    welded_.push_back(entry - 1);
+                    break;
+                }
+            }
         }
     }
 
@@ -45,13 +61,12 @@ class WeldedMesh {
     }
 
   private:
-    struct Place {
-        std::array<std::uint32_t, 3> bits;
-        std::uint32_t vertex;
-    };
     static std::array<std::uint32_t, 3> bitsOf(const glm::vec3& p) {
         const auto bits = [](float x) { return std::bit_cast<std::uint32_t>(x + 0.0F); };
         return {bits(p.x), bits(p.y), bits(p.z)};
+    }
+    static std::size_t hashOf(const std::array<std::uint32_t, 3>& bits) {
+        return mixed(mixed(std::uint64_t{bits[0]} << 32 | bits[1]) + bits[2]);
     }
 
     std::vector<std::size_t> first_;  // first vertex of each primitive
@@ -127,11 +142,8 @@ struct FacingSum {
         return *this;
     }
     void addEdge(std::uint32_t from, std::uint32_t to) {
-        // The finaliser of splitmix64 (Steele, Lea and Flood 2014).
-        std::uint64_t hash = std::uint64_t{std::min(from, to)} << 32 | std::max(from, to);
-        hash = (hash ^ hash >> 30) * 0xBF58476D1CE4E5B9U;
-        hash = (hash ^ hash >> 27) * 0x94D049BB133111EBU;
-        hash ^= hash >> 31;
+        const std::uint64_t hash =
+            mixed(std::uint64_t{std::min(from, to)} << 32 | std::max(from, to));
         edges += from < to ? hash : -hash;
     }
     SolidFacing facing() const {
@@ -266,32 +278,53 @@ std::int8_t TriangleSides::sideOf(std::uint32_t key,
     return glm::dot(element.normal(), along) > 0 ? -1 : 1;
 }
 
-void SolidSpans::find(std::span<const float> t, std::span<const std::uint32_t> keys,
-                      const Solids& solids, const TriangleSides* sides, const Ray* ray) {
-    spans_.clear();
+/// Finds the solids that the hits enter and leave. Returns false if they are those of the ray
+/// before.
+bool SolidSpans::cross(std::span<const std::uint32_t> keys, const Solids& solids,
+                       const TriangleSides* sides, const Ray* ray) {
+    bool differs = keys.size() != crossings_.size();
+    crossings_.resize(keys.size());
+    for (std::size_t i = 0; i < keys.size(); ++i) {
+        Crossing crossing;
+        crossing.solid = solids.solidOf(keys[i]);
+        if (sides && crossing.solid != Solids::kNone) crossing.turn = sides->turn(keys[i], ray);
+        differs |= crossing != crossings_[i];
+        crossings_[i] = crossing;
+    }
+    return differs;
+}
+
+void SolidSpans::findHitSpans(const Solids& solids, bool sides) {
+    hit_spans_.clear();
     hits_.begin(solids.all().size());
     if (sides)
-        for (const std::uint32_t key : keys)
-            if (const std::uint32_t solid = solids.solidOf(key); solid != Solids::kNone)
-                hits_[solid].net += sides->turn(key, ray);
-    for (std::size_t i = 0; i < keys.size(); ++i) {
-        const std::uint32_t solid = solids.solidOf(keys[i]);
+        for (const Crossing& crossing : crossings_)
+            if (crossing.solid != Solids::kNone) hits_[crossing.solid].net += crossing.turn;
+    for (std::size_t i = 0; i < crossings_.size(); ++i) {
+        const auto [solid, turn] = crossings_[i];
         if (solid == Solids::kNone) continue;
         SolidHits& hits = hits_[solid];
         hits.last = static_cast<std::uint32_t>(i);
         ++hits.hits;
         const bool winds = sides && hits.net == 0 && solids.all()[solid].winds();
         const std::int32_t before = hits.depth;
-        hits.depth = winds ? before + sides->turn(keys[i], ray) : 1 - before;
+        hits.depth = winds ? before + turn : 1 - before;
         if (before != 0 && hits.depth != 0) continue;
         if (before != 0) {
-            spans_[hits.span].end = t[i];
+            hit_spans_[hits.span].end = hits.last;
             continue;
         }
-        hits.span = static_cast<std::uint32_t>(spans_.size());
-        spans_.push_back({{t[i], t[i]}, solid, keys[i], hits.last});
+        hits.span = static_cast<std::uint32_t>(hit_spans_.size());
+        hit_spans_.push_back({hits.last, hits.last, solid});
     }
-    std::erase_if(spans_, [](const SolidSpan& span) { return !(span.end > span.begin); });
+}
+
+void SolidSpans::find(std::span<const float> t, std::span<const std::uint32_t> keys,
+                      const Solids& solids, const TriangleSides* sides, const Ray* ray) {
+    if (cross(keys, solids, sides, ray)) findHitSpans(solids, sides != nullptr);
+    spans_.clear();
+    for (const auto& [begin, end, solid] : hit_spans_)
+        if (t[end] > t[begin]) spans_.push_back({{t[begin], t[end]}, solid, keys[begin], begin});
     for (std::size_t i = 0, end = 0; i < spans_.size(); i = end) {
         while (end < spans_.size() && spans_[end].begin == spans_[i].begin)
             ++end;

@@ -88,7 +88,7 @@ class Solids {
   public:
     static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 
-    /// Temporarily takes about 30 bytes per triangle and 20 bytes per vertex of a mesh to find its
+    /// Temporarily takes about 30 bytes per triangle and 30 bytes per vertex of a mesh to find its
     /// topology.
     explicit Solids(const PosedScene& posed);
     Solids(const Solids&) = delete;
@@ -160,6 +160,9 @@ struct SolidHits {
 /// and end at the next hit; an unpaired last hit begins no span. By winding number, a span begins
 /// where the ray has entered the solid more (or less) often than left it, and ends where both
 /// numbers are equal again. Reuses its storage between rays. One per thread.
+///
+/// Neighbouring rays mostly cross the same solids in the same order, and this order alone decides
+/// at which hits spans begin and end. So it is evaluated only if it differs from the ray before.
 class SolidSpans {
   public:
     /// Finds the spans of a ray. `t` is in ascending order. `keys` are those of DrawList, with
@@ -177,6 +180,23 @@ class SolidSpans {
     const std::vector<SparseSet<SolidHits>::Entry>& hits() const { return hits_.entries(); }
 
   private:
+    /// A span, by the indices of the hits at which it begins and ends.
+    struct HitSpan {
+        std::uint32_t begin = 0, end = 0, solid = 0;
+    };
+    /// A hit's solid and turn (TriangleSides). The turn is 0 without sides or solid.
+    struct Crossing {
+        std::uint32_t solid = Solids::kNone;
+        std::int32_t turn = 0;
+        bool operator==(const Crossing&) const = default;
+    };
+
+    bool cross(std::span<const std::uint32_t> keys, const Solids& solids,
+               const TriangleSides* sides, const Ray* ray);
+    void findHitSpans(const Solids& solids, bool sides);
+
+    std::vector<Crossing> crossings_;  ///< of the ray's hits
+    std::vector<HitSpan> hit_spans_;
     std::vector<SolidSpan> spans_;
     SparseSet<SolidHits> hits_;
 };

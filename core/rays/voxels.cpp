@@ -102,17 +102,16 @@ struct VoxelVotes::Line {
     /// Number of cells with storage, including padding. Crossings beyond the end are ignored.
     std::size_t end;
 
-    /// If `marks`, flips the bit of the first cell whose centre is at or after t, if such a cell
-    /// exists. `marks` is a parameter because the caller's branch would be unpredictable.
-    void cross(double t, bool marks) const {
+    /// Flips the bit of the first cell whose centre is at or after t, if such a cell exists.
+    void cross(double t) const {
         const double place = std::clamp(start + step * t - 0.5, 0.0, cells);
         auto cell = static_cast<std::size_t>(static_cast<std::int64_t>(place));
         cell += static_cast<double>(static_cast<std::int64_t>(cell)) < place ? 1 : 0;
         if (cell >= end) return;
         if (stride > 0)
-            words[cell * stride] ^= marks ? bit : 0;
+            words[cell * stride] ^= bit;
         else
-            words[cell / kWordBits] ^= std::uint64_t{marks} << cell % kWordBits;
+            words[cell / kWordBits] ^= std::uint64_t{1} << cell % kWordBits;
     }
 };
 
@@ -189,7 +188,6 @@ void VoxelVotes::add(std::size_t axis, const Bundle& bundle, const LayeredImage&
     parallelFor(static_cast<std::size_t>((shared + kAtOnce - 1) / kAtOnce), [&](std::size_t i) {
         const int from = static_cast<int>(i) * kAtOnce, to = std::min(from + kAtOnce, shared);
         scratch_.with([&](Scratch& scratch) {
-            scratch.states.resize(solids_.all().size());
             const Window part = by_rows ? Window{0, from, window.width(), to}
                                         : Window{from, 0, to, window.height()};
             for (int y = part.y0; y < part.y1; ++y)
@@ -199,69 +197,15 @@ void VoxelVotes::add(std::size_t axis, const Bundle& bundle, const LayeredImage&
     });
 }
 
-/// Marks both ends of every interval in which a ray is inside any solid: where the ray enters the
-/// first solid, and where it has left all of them. A zero-length interval has no effect, since it
-/// flips the same cell twice. Parity gives the same intervals as winding numbers where entries into
-/// each solid alternate with exits.
-void VoxelVotes::addRay(std::span<const float> t, std::span<const std::uint32_t> keys, Line line,
-                        Scratch& scratch) const {
-    const std::size_t hits = keys.size();
-    if (scratch.solids.size() < hits) scratch.solids.resize(hits);
-    // Local pointers, because byte stores may alias anything: pointers in `scratch` would be
-    // reloaded after every store.
-    std::uint32_t* const solids = scratch.solids.data();
-    std::uint8_t* const states = scratch.states.data();
-    bool one = true, alternate = true;
-    for (std::size_t i = 0; i < hits; ++i) {
-        solids[i] = solids_.solidOf(keys[i]);
-        one &= solids[i] == solids[0];
-        alternate &= !sides_ || (sides_->turn(keys[i]) > 0) == (i % 2 == 0);
-    }
-    if (one && alternate) {
-        if (solids[0] == Solids::kNone) return;
-        for (std::size_t i = 0; i < hits / 2 * 2; ++i)
-            line.cross(t[i], true);
-        return;
-    }
-    constexpr std::uint8_t kOdd = 1, kInside = 2;  // 1 − (state & kInside): 1 outside, −1 inside
-    bool by_parity = true;
-    for (std::size_t i = 0; i < hits; ++i) {
-        if (solids[i] == Solids::kNone) continue;
-        std::uint8_t& state = states[solids[i]];
-        by_parity &= !sides_ || (sides_->turn(keys[i]) > 0) == (state == 0);
-        state ^= kOdd;
-    }
-    if (!by_parity) {
-        for (std::size_t i = 0; i < hits; ++i)
-            if (solids[i] != Solids::kNone) states[solids[i]] = 0;
-        addSpans(t, keys, line, scratch);
-        return;
-    }
-    // Backwards, so that a solid's unpaired last hit, which begins no span, is first and can be
-    // skipped. All states are 0 at the end.
-    int around = 0;
-    for (std::size_t i = hits; i-- > 0;) {
-        if (solids[i] == Solids::kNone) continue;
-        const std::uint8_t state = states[solids[i]];
-        if (state & kOdd) {
-            states[solids[i]] = 0;
-            continue;
-        }
-        const int before = around;
-        states[solids[i]] = state ^ kInside;
-        around += 1 - state;
-        line.cross(t[i], before == 0 || around == 0);
-    }
-}
-
-void VoxelVotes::addSpans(std::span<const float> t, std::span<const std::uint32_t> keys, Line line,
-                          Scratch& scratch) const {
+/// Flips both ends of every interval in which a ray is inside any solid.
+void VoxelVotes::addRay(std::span<const float> t, std::span<const std::uint32_t> keys,
+                        const Line& line, Scratch& scratch) const {
     scratch.spans.find(t, keys, solids_, sides_ ? &*sides_ : nullptr);
     const auto all = [](const SolidSpan&) { return true; };
     uniteSpans(scratch.spans.all(), all, scratch.inside);
     for (const RayInterval& interval : scratch.inside) {
-        line.cross(interval.begin, true);
-        line.cross(interval.end, true);
+        line.cross(interval.begin);
+        line.cross(interval.end);
     }
 }
 

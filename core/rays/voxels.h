@@ -83,17 +83,13 @@ class VoxelVotes {
 
   private:
     struct Scratch {
-        std::vector<std::uint32_t> solids;  ///< the solid of each hit of a ray
-        std::vector<std::uint8_t> states;   ///< the state of every solid (addRay())
         SolidSpans spans;
         std::vector<RayInterval> inside;
     };
     struct Line;
 
-    void addRay(std::span<const float> t, std::span<const std::uint32_t> keys, Line line,
+    void addRay(std::span<const float> t, std::span<const std::uint32_t> keys, const Line& line,
                 Scratch& scratch) const;
-    void addSpans(std::span<const float> t, std::span<const std::uint32_t> keys, Line line,
-                  Scratch& scratch) const;
 
     glm::dvec3 corner_;
     double spacing_;

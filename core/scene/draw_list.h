@@ -73,6 +73,7 @@ class KeyIndex {
 
     std::uint32_t surfaceOf(std::uint32_t key) const {
         const std::size_t near = key >> shift_;
+        if (near_[near] == near_[near + 1]) return near_[near];
         // Finds the last surface whose first key is at most `key`. Surfaces without elements have
         // the same first key as the next surface, and come before the surface that has the key.
         const auto begin = first_keys_.begin();

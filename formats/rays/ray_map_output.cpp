@@ -6,6 +6,7 @@
 #include <bit>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <optional>
 
 #include <peeler/bundle.h>
@@ -184,13 +185,18 @@ void checkMapSettings(const RayMapSettings& settings) {
 }
 
 void addValues(std::span<const float> values, RayMapStatistics& statistics) {
+    constexpr double kInfinite = std::numeric_limits<double>::infinity();
+    double least = statistics.least.value_or(kInfinite);
+    double greatest = statistics.greatest.value_or(-kInfinite);
     for (const float value : values) {
         if (!std::isfinite(value)) continue;
-        const double number = value;
-        statistics.least = std::min(statistics.least.value_or(number), number);
-        statistics.greatest = std::max(statistics.greatest.value_or(number), number);
-        statistics.sum += number;
+        least = std::min(least, double{value});
+        greatest = std::max(greatest, double{value});
+        statistics.sum += double{value};
     }
+    if (least > greatest) return;
+    statistics.least = least;
+    statistics.greatest = greatest;
 }
 
 }  // namespace

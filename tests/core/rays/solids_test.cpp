@@ -4,8 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <glm/gtc/matrix_transform.hpp>
 #include <numbers>
+#include <random>
 
 #include "core/scene/draw_list.h"
 #include "support/one_mesh.h"
@@ -244,6 +246,42 @@ TEST(SolidSpansByWinding, ARayIsInsideUntilItHasLeftAsOftenAsEntered) {
     EXPECT_EQ(found(four, {1, 1, 1, -1}), (Intervals{{1, 2}, {3, 4}}));
     // Two solids that overlap have separate intervals.
     EXPECT_EQ(found({0, 1, 0, 1}, {1, 1, -1, -1}), (Intervals{{1, 3}, {2, 4}}));
+}
+
+// Rays that cross the same solids as the ray before take a shorter way.
+TEST(SolidSpansByWinding, ARayDoesNotDependOnTheRayBefore) {
+    const Scene scene = bodies(2);
+    const PosedScene posed(scene);
+    const Solids solids(posed);
+    const Bounds box{{0, 0, 0}, {1, 1, 1}};
+    const TriangleSides sides(posed, parallelBundle("z", box, box, {0, 0, 1}, {4}));
+    std::mt19937 random(7);
+    SolidSpans reused;
+    std::vector<std::uint32_t> keys;
+    for (int ray = 0; ray < 20000; ++ray) {
+        if (ray % 3 == 0) {
+            keys.resize(random() % 7);
+            for (std::uint32_t& key : keys)
+                key = keyOf(static_cast<int>(random() % 2)) + (random() % 2 == 0 ? 0 : 2);
+        }
+        std::vector<float> t;
+        for (std::size_t i = 0; i < keys.size(); ++i)
+            t.push_back((i == 0 ? 0 : t.back()) + static_cast<float>(random() % 3));
+        const TriangleSides* const known = ray % 5 < 3 ? &sides : nullptr;
+        SolidSpans fresh;
+        fresh.find(t, keys, solids, known);
+        reused.find(t, keys, solids, known);
+        ASSERT_TRUE(std::ranges::equal(reused.all(), fresh.all(), [](const auto& a, const auto& b) {
+            return a == b && a.solid == b.solid && a.key == b.key && a.hit == b.hit;
+        })) << ray;
+        ASSERT_TRUE(std::ranges::equal(reused.hits(), fresh.hits(),
+                                       [](const auto& a, const auto& b) {
+                                           return a.number == b.number &&
+                                                  a.item.hits == b.item.hits &&
+                                                  a.item.last == b.item.last;
+                                       }))
+            << ray;
+    }
 }
 
 }  // namespace
