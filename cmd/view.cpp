@@ -91,7 +91,7 @@ double farthest(const LayeredImage& image, const View& own, const View& view) {
     const double scale = own.projection.perspective ? depth : 1;
     const glm::dvec3 corner(own.projection.half_width * scale, own.projection.half_height * scale,
                             depth);
-    return glm::length(corner) +
+    return (own.rays ? depth : glm::length(corner)) +
            glm::length(glm::dvec3(view.camera_to_world[3] - own.camera_to_world[3]));
 }
 
@@ -115,8 +115,8 @@ void addViewCameraOptions(VerbOptions& verb, ViewCameraOptions& options) {
         "Camera");
     add("--up", "X,Y,Z", options.up, parseDirection,
         "up direction in the picture, and axis of --orbit (default: 0,1,0)", "Camera");
-    add("--fov", "DEGREES", options.fov, parseFov, "vertical field of view (default: the file's)",
-        "Camera");
+    add("--fov", "DEGREES", options.fov, parseFov,
+        "vertical field of view (default: the file's; for a lens 40)", "Camera");
     add("--ortho-height", "H", options.ortho_height, parsePositive,
         "height of the view in scene units; makes the camera orthographic", "Camera");
     add("--size", "WxH|W", options.size, parseSize,
@@ -146,9 +146,9 @@ glm::dvec3 centerOfInterest(const LayeredImage& image, const View& view) {
     return glm::dvec3(place[3]) - glm::dvec3(place[2]) * medianDepth(image, view).value_or(1);
 }
 
-/// Returns the file's camera `own` with the options applied. The near and far planes of a moved
-/// camera do not clip the file's content. Keeps the file's crop only if neither the camera nor the
-/// size changes. Throws Error (kUsage) if the camera is invalid.
+/// Returns the file's camera `own` with the options applied; for a lens, a pinhole camera. The near
+/// and far planes of a moved camera do not clip the file's content. Keeps the file's crop only if
+/// neither the camera nor the size changes. Throws Error (kUsage) if the camera is invalid.
 View viewFrom(const View& own, const LayeredImage& image, const ViewCameraOptions& options) {
     View view = own;
     Projection& projection = view.projection;
@@ -159,6 +159,10 @@ View viewFrom(const View& own, const LayeredImage& image, const ViewCameraOption
         view.height = size.height;
     }
     checkPixels({view.width, view.height});
+    if (own.rays) {
+        view.rays.reset();
+        projection.half_height = std::tan(glm::radians(kDefaultFov) / 2);
+    }
     if (options.fov) {
         projection.perspective = true;
         projection.half_height = std::tan(glm::radians(*options.fov) / 2);
@@ -166,7 +170,7 @@ View viewFrom(const View& own, const LayeredImage& image, const ViewCameraOption
         projection.perspective = false;
         projection.half_height = *options.ortho_height / 2;
     }
-    if (options.fov || options.ortho_height || options.size)
+    if (options.fov || options.ortho_height || options.size || own.rays)
         projection.half_width = projection.half_height * view.width / view.height;
 
     const glm::dvec3 eye = options.eye.value_or(glm::dvec3(own.camera_to_world[3]));
@@ -186,7 +190,7 @@ View viewFrom(const View& own, const LayeredImage& image, const ViewCameraOption
                    "give an --up that points upwards in the picture");
         view.camera_to_world = *place;
     }
-    const bool moved = view.camera_to_world != own.camera_to_world ||
+    const bool moved = own.rays || view.camera_to_world != own.camera_to_world ||
                        projection.perspective != own.projection.perspective;
     if (moved) {
         view.camera_name.clear();
@@ -271,6 +275,11 @@ void view(const ViewOptions& options, Reporter& reporter) {
     LayeredImage image =
         timed(run.result.milliseconds, "load", [&] { return load(options, *input, run.plan); });
     const View own = run.plan.view;
+    if (page && own.rays) {
+        throw Error(ErrorKind::kUsage, "a page starts at the file's camera, which has a lens",
+                    options.input.string(),
+                    "write a .png; --orbit, --eye and --fov choose a camera");
+    }
     if (!page) run.plan.view = viewFrom(own, image, options.camera);
 
     const ExrInfo& info = input->info();

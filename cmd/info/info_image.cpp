@@ -18,6 +18,8 @@
 #include "core/base/printable.h"
 #include "core/image/layers.h"
 #include "core/image/statistics.h"
+#include "core/lens/lens.h"
+#include "core/scene/view.h"
 #include "formats/exr/deep_certificate.h"
 #include "formats/exr/exr_layout.h"
 #include "formats/file/json_text.h"
@@ -183,9 +185,19 @@ std::string pointsText(const PointStatistics& points) {
            "\nmean: " + vectorText(points.mean()) + '\n';
 }
 
-std::string cameraText(const View& view) {
+std::string lensText(const LensCamera& camera) {
+    std::string text = "lens " + camera.lens.model;
+    for (const double coefficient : camera.lens.coefficients)
+        text += ' ' + numberText(coefficient);
+    if (lensModel(camera.lens).filling) return text;
+    const auto& [fx, fy, cx, cy] = camera.intrinsics;
+    return text + ", fx " + numberText(fx) + ", fy " + numberText(fy) + ", cx " + numberText(cx) +
+           ", cy " + numberText(cy);
+}
+
+std::string projectionText(const View& view) {
+    if (const LensCamera* camera = lensCameraOf(view)) return lensText(*camera);
     const Projection& projection = view.projection;
-    const glm::dvec3 eye(view.camera_to_world[3]), forward(-view.camera_to_world[2]);
     std::array<char, 96> size{};
     if (projection.perspective) {
         constexpr double kDegrees = 57.295779513082320877;
@@ -195,9 +207,15 @@ std::string cameraText(const View& view) {
         std::snprintf(size.data(), size.size(), "orthographic, %.6g high",
                       2 * projection.half_height);
     }
+    return size.data();
+}
+
+std::string cameraText(const View& view) {
+    const glm::dvec3 eye(view.camera_to_world[3]), forward(-view.camera_to_world[2]);
     return "camera: " +
            (view.camera_name.empty() ? std::string() : printable(view.camera_name) + ", ") +
-           size.data() + ", at " + vectorText(eye) + " looking along " + vectorText(forward) + '\n';
+           projectionText(view) + ", at " + vectorText(eye) + " looking along " +
+           vectorText(forward) + '\n';
 }
 
 /// Returns a line for each element of a merge. Skips malformed entries, because other programs may

@@ -11,6 +11,7 @@
 #include <sstream>
 #include <string_view>
 
+#include "core/lens/picture_rays.h"
 #include "formats/file/json_text.h"
 
 namespace peeler::cmd {
@@ -194,8 +195,12 @@ std::vector<Difference> cameraDifferences(const View& here, const View& there) {
         return std::string(p.perspective ? "perspective" : "orthographic");
     };
     add("the projection", a.perspective == b.perspective, kind(a), kind(b));
-    add("the field of view", a.half_width == b.half_width && a.half_height == b.half_height,
-        extentText(a), extentText(b));
+    const bool same_field = a.half_width == b.half_width && a.half_height == b.half_height;
+    add("the field of view", here.rays || there.rays || same_field, extentText(a), extentText(b));
+    const auto lens = [](const View& view) {
+        return view.rays ? view.rays->text() : std::string("none");
+    };
+    add("the lens", lens(here) == lens(there), lens(here), lens(there));
     add("the near plane", a.near == b.near, shortText(a.near), shortText(b.near));
     add("the far plane", a.far == b.far, shortText(a.far), shortText(b.far));
     const glm::dmat4 &m = here.camera_to_world, &n = there.camera_to_world;

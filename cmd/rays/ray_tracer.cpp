@@ -245,7 +245,8 @@ std::unique_ptr<RayOutput> RayTracer::makeOutput(const RayTrace& trace) {
                     .comment = "hits in world space of " + printable(provenance.scene) +
                                ", +Y up, by peeler " PEELER_VERSION,
                     .double_positions = options_.double_points,
-                    .columns = options_.columns};
+                    .columns = options_.columns,
+                    .bundles = trace.bundles};
     if (options_.output.isGiven("--dense")) hits.dense = options_.output.options.dense;
     return makeHitOutput(path, hits);
 }

@@ -43,7 +43,8 @@ constexpr Choice<Overlap> kOverlaps[] = {
 constexpr const char* kRaysFooter =
     "Arrays for n hits of m rays in b bundles (names and shapes as in Open3D's\n"
     "RaycastingScene.list_intersections): ray_splits (m + 1, int64; ray r has the hits\n"
-    "ray_splits[r] to ray_splits[r + 1], sorted), t_hit (n; distance along the ray), geometry_ids\n"
+    "ray_splits[r] to ray_splits[r + 1], sorted), t_hit (n; distance along the ray), z_hit (n;\n"
+    "distance along the axis; by default only if a bundle has a lens), geometry_ids\n"
     "(n; index of the placed mesh), primitive_ids (n; index of the triangle in its mesh),\n"
     "primitive_uvs (n, 2; weights of the second and third corner), facing (n; 1 = the front),\n"
     "normals (for shading) and primitive_normals (of the flat triangle) (n, 3; world space,\n"
@@ -51,8 +52,10 @@ constexpr const char* kRaysFooter =
     "(n; indices into the glTF, from 0, 0xFFFFFFFF = none); --columns chooses among these.\n"
     "Per bundle: bundle_origin, bundle_direction, bundle_right, bundle_up (b, 3; float64),\n"
     "bundle_size (b, 2; float64), bundle_resolution (b, 2; int64), bundle_window (b, 4; int64;\n"
-    "x, y, width, height of the traced rays: all rays without --crop) and bundle_perspective\n"
-    "(b; 0 or 1). Also arrays_version.\n"
+    "x, y, width, height of the traced rays: all rays without --crop) and bundle_perspective (b;\n"
+    "0: parallel, 1: pinhole, 2: lens, with a bundle_size of NaN, 3: moving camera or list of rays,\n"
+    "with NaN for all float64). If a bundle has a lens, bundle_lens: a JSON list (uint8) of its\n"
+    "model, coefficients and intrinsics, or null, for each bundle. Also arrays_version.\n"
     "With --dense N, for w x h rays per bundle, arrays of n are (h, w, N) or (h, w, N,\n"
     "components); for several bundles, which must have the same size, (b, h, w, N, ...); count\n"
     "(h, w, uint32; all hits of the ray) replaces ray_splits.\n"
@@ -62,7 +65,8 @@ constexpr const char* kRaysFooter =
     "             - ((j + 0.5) / H - 0.5) * size[1] * up\n"
     "ray (i, j) of a parallel bundle starts at p and runs along direction; a ray of a perspective\n"
     "bundle starts at origin and runs along p + direction - origin, normalised. A .ply has one\n"
-    "point per hit, an .exr one deep part per bundle (Z: distance along the axis).\n"
+    "point per hit, an .exr one deep part per bundle (Z: distance along the axis; of lenses, moving\n"
+    "cameras and lists along the ray, and of lenses the channel cameraZ along the axis).\n"
     "Maps: an .exr has one part per bundle and one channel per map; arrays are (h, w), named\n"
     "MAP.I for bundle I. A picture goes from black to yellow (transmission: from white to black,\n"
     "as on X-ray film), with a legend below.\n"
@@ -90,7 +94,6 @@ std::vector<std::string> parseColumns(const std::string& text) {
     std::erase_if(names, [&](std::string_view name) {
         return std::ranges::find(listed, name) == listed.end();
     });
-    if (names.size() == hitColumns().size()) return {};
     return {names.begin(), names.end()};
 }
 

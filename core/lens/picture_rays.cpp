@@ -29,6 +29,7 @@ class LensPicture final : public PictureRays {
         return {glm::dvec3(0), ray ? ray->direction : glm::dvec3(0)};
     }
     const LensCamera* lens() const override { return &camera_; }
+    std::string_view kind() const override { return "lens"; }
     std::string text() const override {
         const auto& [fx, fy, cx, cy] = camera_.intrinsics;
         std::string text = camera_.lens.model;
@@ -83,6 +84,7 @@ class ShutterPicture final : public PictureRays {
                 length > 0 ? direction / length : glm::dvec3(0)};
     }
     bool oneEye() const override { return false; }
+    std::string_view kind() const override { return "shutter"; }
     std::string text() const override {
         std::string text = still_->text() + "; shutter";
         for (const glm::dmat4& pose : poses_)

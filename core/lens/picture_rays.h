@@ -7,6 +7,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <peeler/camera_choice.h>
@@ -45,6 +46,8 @@ class PictureRays {
     virtual bool oneEye() const { return true; }
     /// Returns the lens of a camera that does not move during the picture; null for other rays.
     virtual const LensCamera* lens() const { return nullptr; }
+    /// Returns "lens", "shutter" (a moving camera) or "list": what the rays are of.
+    virtual std::string_view kind() const { return "list"; }
     /// Returns a text that differs for pictures with different rays.
     virtual std::string text() const = 0;
 };

@@ -11,6 +11,7 @@
 
 #include <peeler/error.h>
 #include "core/scene/camera_choice.h"
+#include "core/scene/view.h"
 
 namespace peeler {
 namespace {
@@ -145,7 +146,7 @@ Intrinsics intrinsicsOf(const View& view) {
     if (!view.projection.perspective)
         throw Error(ErrorKind::kUsage, "an orthographic camera has no focal lengths",
                     view.camera_name);
-    if (const LensCamera* camera = view.rays ? view.rays->lens() : nullptr) {
+    if (const LensCamera* camera = lensCameraOf(view)) {
         Intrinsics intrinsics = camera->intrinsics;
         intrinsics.cx -= view.crop.x0;
         intrinsics.cy -= view.crop.y0;

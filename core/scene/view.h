@@ -15,6 +15,11 @@ namespace peeler {
 /// (0, 0, 0) if the point has no ray.
 Ray rayOf(const View& view, const glm::dvec2& pixel);
 
+/// Returns the lens of a view; null for pinholes, parallel rays, moving cameras and lists.
+inline const LensCamera* lensCameraOf(const View& view) {
+    return view.rays ? view.rays->lens() : nullptr;
+}
+
 /// Returns a matrix's distance from a rigid transform: the largest deviation of the determinant
 /// from 1, of the squared lengths of the axes from 1, or of the dot products of the axes from 0.
 /// NaN or infinite if the matrix is NaN or infinite.

@@ -66,14 +66,14 @@ class Reprojection {
     Reprojection(const LayeredImage& image, const View& from, const View& to)
         : image_(image),
           to_(to),
-          from_rays_(from),
+          from_rays_(from, image.window),
           to_rays_(to),
           // Exactly the identity if the two cameras are the same.
           from_to_to_(from.camera_to_world == to.camera_to_world
                           ? glm::dmat4(1)
                           : glm::inverse(to.camera_to_world) * from.camera_to_world),
           from_sample_(from.sample),
-          cells_(surfaceCells(image, from)),
+          cells_(surfaceCells(image, from_rays_)),
           strips_(static_cast<std::size_t>((to.crop.height() + kStripRows - 1) / kStripRows)) {
         findPixels();
         sortIntoStrips();
@@ -91,17 +91,16 @@ class Reprojection {
     }
 
   private:
-    /// Returns the sample position of a fragment's pixel, in pixel coordinates of `from`.
-    glm::dvec2 sampleOf(std::size_t fragment) const {
+    /// Returns the pixel of a fragment.
+    glm::ivec2 pixelOf(std::size_t fragment) const {
         const std::uint32_t pixel = pixels_[fragment];
         const auto width = static_cast<std::uint32_t>(image_.window.width());
-        return from_sample_ + glm::dvec2(image_.window.x0 + static_cast<int>(pixel % width),
-                                         image_.window.y0 + static_cast<int>(pixel / width));
+        return {image_.window.x0 + static_cast<int>(pixel % width),
+                image_.window.y0 + static_cast<int>(pixel / width)};
     }
 
-    glm::dvec3 seen(const glm::dvec2& pixel, double planar) const {
-        return from_to_to_ * glm::dvec4(from_rays_.point(pixel, planar), 1);
-    }
+    /// Returns a point in the other camera's space.
+    glm::dvec3 seen(const glm::dvec3& point) const { return from_to_to_ * glm::dvec4(point, 1); }
 
     void findPixels() {
         pixels_.resize(image_.fragments());
@@ -128,7 +127,8 @@ class Reprojection {
 
     const LayeredImage& image_;
     const View& to_;
-    PixelRays from_rays_, to_rays_;
+    CellRays from_rays_;
+    PixelRays to_rays_;
     glm::dmat4 from_to_to_;
     glm::dvec2 from_sample_;
     SurfaceCells cells_;
@@ -141,14 +141,16 @@ class Reprojection {
 };
 
 std::optional<ScreenCell> Reprojection::project(std::size_t fragment) const {
-    const glm::dvec2 center = sampleOf(fragment);
+    const glm::ivec2 pixel = pixelOf(fragment);
     const Projection& projection = to_.projection;
     ScreenCell cell;
     for (std::size_t c = 0; c < kCorners; ++c) {
         const double planar = cells_.corners[fragment][c];
         if (planar == 0 && from_rays_.perspective()) return {};
-        const glm::dvec2 pixel = center + glm::dvec2(kCornerOffsets[c][0], kCornerOffsets[c][1]);
-        const glm::dvec3 point = seen(pixel, planar);
+        const glm::dvec3 corner = from_rays_.corner(pixel.x, pixel.y, kCornerOffsets[c][0] > 0,
+                                                    kCornerOffsets[c][1] > 0, planar);
+        if (from_rays_.perspective() && corner == glm::dvec3(0)) return {};  // no ray
+        const glm::dvec3 point = seen(corner);
         const double z = -point.z;
         if (!(z > projection.near && z <= projection.far)) return {};
         const glm::dvec2 at = to_rays_.pixel(point);
@@ -280,7 +282,8 @@ void Reprojection::addHit(std::uint32_t fragment, const glm::dvec2& in_cell, std
         (1 - v) * ((1 - u) * corners[kUpperLeft] + u * corners[kUpperRight]) +
         v * ((1 - u) * corners[kLowerLeft] + u * corners[kLowerRight]) +
         (own - mean) * (1 - 2 * std::abs(in_cell.x)) * (1 - 2 * std::abs(in_cell.y));
-    const double z = -seen(sampleOf(fragment) + in_cell, planar).z;
+    const glm::dvec2 at = from_sample_ + glm::dvec2(pixelOf(fragment)) + in_cell;
+    const double z = -seen(from_rays_.point(at, planar)).z;
     hits.push_back({pixel, fragment, static_cast<float>(z), static_cast<float>(in_cell.x),
                     static_cast<float>(in_cell.y)});
 }

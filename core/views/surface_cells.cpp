@@ -9,7 +9,7 @@
 
 #include <peeler/layered_image.h>
 #include "core/base/parallel.h"
-#include "core/scene/view.h"
+#include "core/views/cell_rays.h"
 
 namespace peeler {
 namespace {
@@ -33,7 +33,7 @@ constexpr Side opposite(Side side) {
 
 class Linker {
   public:
-    Linker(const LayeredImage& image, const View& view) : image_(image), rays_(view) {
+    Linker(const LayeredImage& image, const CellRays& rays) : image_(image), rays_(rays) {
         links_.resize(image.fragments());
         planar_.resize(image.fragments());
         for (const char* name : {"id.object", "id.instance"})
@@ -63,10 +63,11 @@ class Linker {
         });
         SurfaceLinks kept(links_.size());
         parallelFor(height, [&](std::size_t y) {
-            for (std::size_t f = image_.offsets[y * width]; f < image_.offsets[(y + 1) * width];
-                 ++f) {
-                for (const Side side : {kLeft, kUp, kRight, kDown})
-                    kept[f][side] = holds(f, side) ? links_[f][side] : kNoFragment;
+            for (std::size_t p = y * width; p < (y + 1) * width; ++p) {
+                for (std::size_t f = image_.offsets[p]; f < image_.offsets[p + 1]; ++f) {
+                    for (const Side side : {kLeft, kUp, kRight, kDown})
+                        kept[f][side] = holds(f, p, side) ? links_[f][side] : kNoFragment;
+                }
             }
         });
         return kept;
@@ -86,16 +87,29 @@ class Linker {
         return {image_.offsets[pixel], std::min<std::size_t>(image_.count(pixel), kMostFragments)};
     }
 
-    /// Returns the signed depth step between two fragments, in pixel spacings.
-    double slope(std::size_t from, std::size_t to, Side side) const {
-        const double unit = rays_.unitStep(std::min(planar_[from], planar_[to]))[side % 2];
+    /// Returns the pixel beside a pixel of the window.
+    std::size_t beside(std::size_t pixel, Side side) const {
+        const auto width = static_cast<std::size_t>(image_.window.width());
+        const std::size_t step = side % 2 == 0 ? 1 : width;
+        return side == kRight || side == kDown ? pixel + step : pixel - step;
+    }
+
+    /// Returns the signed depth step between two fragments, in pixel spacings. `pixel` is that of
+    /// `from`.
+    double slope(std::size_t from, std::size_t to, std::size_t pixel, Side side) const {
+        // Both ends of a link take the spacing at the left or upper pixel.
+        const std::size_t at = side == kRight || side == kDown ? pixel : beside(pixel, side);
+        const auto width = static_cast<std::size_t>(image_.window.width());
+        const double unit = rays_.unitStep(image_.window.x0 + static_cast<int>(at % width),
+                                           image_.window.y0 + static_cast<int>(at / width),
+                                           std::min(planar_[from], planar_[to]))[side % 2];
         return (planar_[to] - planar_[from]) / std::abs(unit);
     }
 
-    double cost(std::size_t from, std::size_t to, Side side) const {
+    double cost(std::size_t from, std::size_t to, std::size_t pixel, Side side) const {
         if (!rays_.isSeen(planar_[from]) || !rays_.isSeen(planar_[to]) || !sameObject(from, to))
             return std::numeric_limits<double>::infinity();
-        const double step = slope(from, to, side);
+        const double step = slope(from, to, pixel, side);
         return step * step;
     }
 
@@ -130,8 +144,8 @@ class Linker {
                 double best = table.cost[at - width] + kGap;
                 const double other = table.cost[at - 1] + kGap;
                 if (other < best) best = other, table.choice[at] = kSkipTo;
-                const double paired =
-                    table.cost[at - width - 1] + cost(from.first + i - 1, to.first + j - 1, side);
+                const double paired = table.cost[at - width - 1] +
+                                      cost(from.first + i - 1, to.first + j - 1, pixel, side);
                 if (paired <= best) best = paired, table.choice[at] = kPair;
                 table.cost[at] = best;
             }
@@ -146,21 +160,25 @@ class Linker {
         }
     }
 
-    /// Whether to keep a link. The answer is the same for both ends of the link.
-    bool holds(std::size_t fragment, Side side) const {
+    /// Whether to keep a link. The answer is the same for both ends of the link. `pixel` is that of
+    /// the fragment.
+    bool holds(std::size_t fragment, std::size_t pixel, Side side) const {
         const std::uint32_t next = links_[fragment][side];
         if (next == kNoFragment) return false;
-        const double step = slope(fragment, next, side);
+        const double step = slope(fragment, next, pixel, side);
         if (std::abs(step) <= kGentleStep) return true;
         const std::uint32_t before = links_[fragment][opposite(side)];
         const std::uint32_t after = links_[next][side];
         const double most = kBend * std::abs(step);
-        return (before != kNoFragment && std::abs(step - slope(before, fragment, side)) <= most) ||
-               (after != kNoFragment && std::abs(step - slope(next, after, side)) <= most);
+        const auto bends = [&](std::size_t from, std::size_t to, std::size_t at) {
+            return std::abs(step - slope(from, to, at, side)) > most;
+        };
+        return (before != kNoFragment && !bends(before, fragment, beside(pixel, opposite(side)))) ||
+               (after != kNoFragment && !bends(next, after, beside(pixel, side)));
     }
 
     const LayeredImage& image_;
-    PixelRays rays_;
+    const CellRays& rays_;
     SurfaceLinks links_;
     std::vector<double> planar_;
     std::vector<FragmentChannel> ids_;
@@ -169,7 +187,7 @@ class Linker {
 }  // namespace
 
 SurfaceLinks linkSurfaces(const LayeredImage& image, const View& view) {
-    return Linker(image, view).run();
+    return Linker(image, CellRays(view, image.window)).run();
 }
 
 namespace {
@@ -188,7 +206,7 @@ constexpr Side back(Side side) {
 
 class CellMaker {
   public:
-    CellMaker(const LayeredImage& image, const PixelRays& rays, const SurfaceLinks& links)
+    CellMaker(const LayeredImage& image, const CellRays& rays, const SurfaceLinks& links)
         : image_(image), rays_(rays), links_(links), slopes_(image.fragments()) {}
 
     void measure(std::size_t fragment) {
@@ -243,18 +261,17 @@ class CellMaker {
 
   private:
     const LayeredImage& image_;
-    const PixelRays& rays_;
+    const CellRays& rays_;
     const SurfaceLinks& links_;
     std::vector<std::array<double, 2>> slopes_;  ///< change of planar depth per pixel (right, down)
 };
 
 }  // namespace
 
-SurfaceCells surfaceCells(const LayeredImage& image, const View& view) {
+SurfaceCells surfaceCells(const LayeredImage& image, const CellRays& rays) {
     SurfaceCells cells;
-    cells.links = linkSurfaces(image, view);
+    cells.links = Linker(image, rays).run();
     cells.corners.resize(image.fragments());
-    const PixelRays rays(view);
     CellMaker maker(image, rays, cells.links);
     const auto width = static_cast<std::size_t>(image.window.width());
     const auto forEach = [&](auto&& body) {
@@ -271,6 +288,10 @@ SurfaceCells surfaceCells(const LayeredImage& image, const View& view) {
             cells.corners[f][corner] = maker.corner(f, corner);
     });
     return cells;
+}
+
+SurfaceCells surfaceCells(const LayeredImage& image, const View& view) {
+    return surfaceCells(image, CellRays(view, image.window));
 }
 
 }  // namespace peeler

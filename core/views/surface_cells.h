@@ -10,6 +10,7 @@
 
 #include <peeler/layered_image.h>
 #include <peeler/view.h>
+#include "core/views/cell_rays.h"
 
 namespace peeler {
 
@@ -43,13 +44,15 @@ inline constexpr std::array<std::array<double, 2>, kCorners> kCornerOffsets = {
 /// pixel.
 struct SurfaceCells {
     SurfaceLinks links;
-    /// Planar depth (PixelRays) of the four corners of each cell. Each fragment around a corner is
+    /// Planar depth (CellRays) of the four corners of each cell. Each fragment around a corner is
     /// extrapolated to the corner by its own slope, and the results are averaged. The depth is 0
     /// for fragments that the camera cannot see.
     std::vector<std::array<float, kCorners>> corners;
 };
 
-/// Returns the cells of all fragments of `image`, which is a window of the view.
+/// Returns the cells of all fragments of `image`, which is a window of the view. `rays` are those
+/// of the image's window.
+SurfaceCells surfaceCells(const LayeredImage& image, const CellRays& rays);
 SurfaceCells surfaceCells(const LayeredImage& image, const View& view);
 
 }  // namespace peeler

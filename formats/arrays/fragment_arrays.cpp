@@ -15,6 +15,7 @@
 #include "core/base/resize_anew.h"
 #include "core/image/channels.h"
 #include "core/image/layers.h"
+#include "core/scene/view.h"
 #include "formats/arrays/bundle_arrays.h"
 #include "formats/arrays/fragment_columns.h"
 #include "formats/arrays/fragment_tables.h"
@@ -83,6 +84,7 @@ FragmentLayout layoutOf(const Plan& plan, const LayeredImage& band,
         arrays.push_back(std::move(more));
     // Channels of other programs may have the same name as one of our arrays.
     std::set<std::string> taken{"arrays_version", "__metadata__"};
+    if (lensCameraOf(plan.view)) taken.insert("bundle_lens");
     if (!options.output_hash.empty()) taken.insert("output_hash");
     const std::size_t first = layout.first_column, end = first + columns.size();
     for (std::size_t i = 0; i < arrays.size(); ++i) {
@@ -150,8 +152,9 @@ void FragmentArrays::open(const LayeredImage& band) {
     columns_ = columnsOf(band, options_);
     FragmentLayout layout = layoutOf(plan_, band, columns_, options_);
     first_column_ = layout.first_column;
+    const Bundle pixels{"", plan_.view};
     writer_.emplace(path_, std::move(layout.arrays),
-                    ArrayTexts{{"output_hash", options_.output_hash}}, options_.compress);
+                    bundleTexts(std::span(&pixels, 1), options_.output_hash), options_.compress);
     if (!planes_) writer_->append(kSplitArray, std::as_bytes(std::span(&fragments_, 1)));
     constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
     const Projection& projection = plan_.view.projection;
@@ -159,7 +162,6 @@ void FragmentArrays::open(const LayeredImage& band) {
         const double known = options_.camera_known ? value : kUnknown;
         writer_->append(array, std::as_bytes(std::span(&known, 1)));
     }
-    const Bundle pixels{"", plan_.view};
     writeBundles(*writer_, first_column_ + columns_.size(), std::span(&pixels, 1),
                  options_.camera_known);
 }
@@ -281,8 +283,10 @@ SizeForecast forecastFragmentArrays(const std::string& path, const Plan& plan,
     if (!findChannel(numbered, kLayerName))
         numbered.extra.push_back({{std::string(kLayerName)}, PixelType::kUint, {}});
     const std::vector<FragmentColumn> columns = columnsOf(numbered, options);
+    const Bundle pixels{"", plan.view};
     return ArrayWriter::forecast(path, layoutOf(plan, numbered, columns, options).arrays,
-                                 {{"output_hash", options.output_hash}}, options.compress);
+                                 bundleTexts(std::span(&pixels, 1), options.output_hash),
+                                 options.compress);
 }
 
 std::uint64_t fragmentArrayBytes(const LayeredImage& band, const FragmentArrayOptions& options) {

@@ -33,6 +33,7 @@ std::span<const KnownColumn> knownColumns() {
     // clang-format off: rows of a table
     static const KnownColumn kColumns[] = {
         {"t_hit", {"distance"}},
+        {"z_hit", {"cameraZ"}},
         {"primitive_ids", {"id.primitive"}, kIndex, {"primitive"}},
         {"primitive_uvs", {"barycentric.U", "barycentric.V"}},
         {"facing", {kFacingName}, kSign},

@@ -232,6 +232,9 @@ std::vector<std::string> writeBop(const std::filesystem::path&, std::span<const 
         return text + "\n}\n";
     };
     const std::string scene = all([&](const FileCamera& camera) {
+        if (camera.lens)
+            refuseLensOutput(camera,
+                             "BOP has no lenses, and this camera has " + camera.lens->model);
         const Intrinsics k = writtenIntrinsics(camera);
         if (camera.size != first.size)
             throw Error(ErrorKind::kUsage, "BOP needs the same size for all pictures",

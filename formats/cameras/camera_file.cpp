@@ -10,6 +10,7 @@
 #include "core/base/names.h"
 #include "core/scene/framing.h"
 #include "core/scene/intrinsics.h"
+#include "core/scene/view.h"
 #include "formats/cameras/camera_formats.h"
 
 namespace peeler {
@@ -130,16 +131,37 @@ std::vector<FileCamera> readCameras(const std::filesystem::path& path,
     return cameras;
 }
 
+namespace {
+
+/// Returns a view's lens, or nothing for a pinhole. Throws Error (kUsage) if it cannot be stored.
+std::optional<Lens> storedLens(const View& view) {
+    if (!view.rays) return {};
+    const LensCamera* const camera = lensCameraOf(view);
+    if (!camera)
+        throw Error(ErrorKind::kUsage,
+                    "a moving camera or a list of rays cannot be written as a camera",
+                    view.camera_name);
+    const bool whole = view.crop == Window{0, 0, view.width, view.height};
+    if (lensModel(camera->lens).filling && !whole)
+        throw Error(ErrorKind::kUsage, "a part of a picture of all directions is no camera",
+                    view.camera_name, "leave out " + Parameter::kCrop);
+    return camera->lens;
+}
+
+}  // namespace
+
 FileCamera fileCamera(const View& view, std::string name) {
     FileCamera camera;
     camera.name = std::move(name);
     camera.camera_to_world = view.camera_to_world;
     const Projection& projection = view.projection;
-    if (projection.perspective)
-        camera.intrinsics = intrinsicsOf(view);
-    else
+    camera.lens = storedLens(view);
+    const bool fills = camera.lens && lensModel(*camera.lens).filling;
+    if (projection.perspective && !fills) camera.intrinsics = intrinsicsOf(view);
+    if (!projection.perspective)
         camera.ortho_height = 2 * projection.half_height * view.crop.height() / view.height;
-    camera.near = projection.near;
+    // Distances along the rays of a lens begin at 0 by default, but formats need a near plane.
+    if (!view.rays || projection.near > 0) camera.near = projection.near;
     if (std::isfinite(projection.far)) camera.far = projection.far;
     camera.size = {view.crop.width(), view.crop.height()};
     return camera;

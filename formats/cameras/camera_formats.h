@@ -167,5 +167,9 @@ std::vector<double> rowsOf(const glm::dmat4& matrix, int rows, int columns = 4);
 /// Returns a camera's intrinsics for writing. Throws Error (kUsage) if the camera is orthographic
 /// or its size is unknown.
 Intrinsics writtenIntrinsics(const FileCamera& camera);
+/// Throws Error (kUsage) if the camera is orthographic or has no size.
+void checkWritten(const FileCamera& camera);
+/// Throws Error (kUsage) about a lens that a format does not have.
+[[noreturn]] void refuseLensOutput(const FileCamera& camera, const std::string& what);
 
 }  // namespace peeler

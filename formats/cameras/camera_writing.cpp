@@ -36,23 +36,28 @@ std::vector<double> rowsOf(const glm::dmat4& matrix, int rows, int columns) {
     return numbers;
 }
 
-Intrinsics writtenIntrinsics(const FileCamera& camera) {
+void refuseLensOutput(const FileCamera& camera, const std::string& what) {
+    throw Error(ErrorKind::kUsage, what, "camera " + camera.name,
+                "leave this camera out, or write another format");
+}
+
+void checkWritten(const FileCamera& camera) {
     const std::string where = "camera " + camera.name;
     if (camera.ortho_height)
         throw Error(ErrorKind::kUsage,
                     "an orthographic camera cannot be written as a calibrated one", where,
                     "leave this camera out");
-    if (camera.lens)
-        throw Error(ErrorKind::kUsage,
-                    "lenses are not written, and this camera has " + camera.lens->model, where,
-                    "leave this camera out");
     if (camera.size.width < 1 || camera.size.height < 1)
         throw Error(ErrorKind::kUsage, "the camera's picture size is unknown", where,
                     "give " + Parameter::kSize);
+}
+
+Intrinsics writtenIntrinsics(const FileCamera& camera) {
+    checkWritten(camera);
     if (camera.intrinsics) return *camera.intrinsics;
-    if (!camera.fov)
+    if (!camera.fov || camera.lens)
         throw Error(ErrorKind::kUsage, "the camera has neither intrinsics nor a field of view",
-                    where, "give " + Parameter::kFov);
+                    "camera " + camera.name, "give " + Parameter::kFov);
     const double f = camera.size.height / (2 * std::tan(glm::radians(*camera.fov) / 2));
     return {f, f, (camera.size.width - 1) / 2.0, (camera.size.height - 1) / 2.0};
 }

@@ -149,15 +149,15 @@ ColmapModel readColmapBinary(const std::filesystem::path& folder,
 }
 
 ColmapFiles colmapBinary(const ColmapModel& model, std::span<const ScenePoint> points) {
-    const ColmapLens& pinhole = *colmapLens("PINHOLE");
     BinaryText cameras, images, positions;
     cameras.add(std::uint64_t{model.cameras.size()});
     for (const auto& [id, camera] : model.cameras) {
-        const Intrinsics& k = *camera.intrinsics;
+        const auto [lens, numbers] = colmapParameters(camera);
         const Size& size = camera.size;
-        cameras.add(id).add(std::int32_t{pinhole.id});
+        cameras.add(id).add(std::int32_t{lens->id});
         cameras.add(std::uint64_t(size.width)).add(std::uint64_t(size.height));
-        cameras.add(std::array{k.fx, k.fy, k.cx + 0.5, k.cy + 0.5});
+        for (const double number : numbers)
+            cameras.add(number);
     }
     images.add(std::uint64_t{model.images.size()});
     for (const ColmapImage& image : model.images) {

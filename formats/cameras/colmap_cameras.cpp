@@ -104,18 +104,47 @@ bool isColmapName(const std::filesystem::path& path) {
     return isModelFile(path) || isFolder(path) || !path.has_extension();
 }
 
-/// Returns a model of these cameras, with images numbered 1, 2, …. Views with the same intrinsics
-/// and size share a COLMAP camera.
+/// Returns the lens as one of COLMAP's models: OpenCV's coefficients k3 to k6 need FULL_OPENCV.
+Lens lensForColmap(Lens lens) {
+    std::vector<double>& k = lens.coefficients;
+    if (lens.model != "opencv" || k.size() == 4) return lens;
+    constexpr std::size_t kFull = 8;
+    while (k.size() > kFull && k.back() == 0)
+        k.pop_back();
+    k.resize(std::max(k.size(), kFull));
+    if (k.size() == kFull) lens.model = "full-opencv";
+    return lens;
+}
+
+/// Returns a camera for writing. Throws Error (kUsage) if COLMAP has no such lens.
+ColmapCamera writtenColmap(const FileCamera& camera) {
+    checkWritten(camera);
+    ColmapCamera written{{}, camera.size, {}};
+    if (!camera.lens || !lensModel(*camera.lens).filling)
+        written.intrinsics = writtenIntrinsics(camera);
+    if (!camera.lens) return written;
+    written.lens = lensForColmap(*camera.lens);
+    const ColmapLens* const row = colmapParameters(written).lens;
+    if (!row) refuseLensOutput(camera, "COLMAP has no lens like this " + camera.lens->model);
+    if (row->focal_lengths == 1 && written.intrinsics->fx != written.intrinsics->fy)
+        refuseLensOutput(camera, "COLMAP's " + std::string(row->name) +
+                                     " has one focal length, but fx and fy differ");
+    return written;
+}
+
+/// Returns a model of these cameras, with images numbered 1, 2, …. Views with the same lens,
+/// intrinsics and size share a COLMAP camera.
 ColmapModel modelOf(std::span<const FileCamera> cameras) {
     ColmapModel model;
     const auto key = [](const ColmapCamera& camera) {
-        const Intrinsics& k = *camera.intrinsics;
-        return std::array<double, 6>{
-            k.fx, k.fy, k.cx, k.cy, double(camera.size.width), double(camera.size.height)};
+        auto [lens, numbers] = colmapParameters(camera);
+        for (const int number : {camera.size.width, camera.size.height, lens->id})
+            numbers.push_back(number);
+        return numbers;
     };
-    std::map<std::array<double, 6>, std::uint32_t> ids;
+    std::map<std::vector<double>, std::uint32_t> ids;
     for (const FileCamera& camera : cameras) {
-        const ColmapCamera lens{writtenIntrinsics(camera), camera.size};
+        const ColmapCamera lens = writtenColmap(camera);
         const auto next = static_cast<std::uint32_t>(ids.size() + 1);
         const std::uint32_t id = ids.try_emplace(key(lens), next).first->second;
         model.cameras.try_emplace(id, lens);
@@ -203,6 +232,28 @@ ColmapCamera colmapCamera(const ColmapLens& lens, double width, double height,
     else if (std::ranges::any_of(rest, [](double k) { return k != 0; }))
         refuseCamera(undistorted, where, kUndistorter);
     return camera;
+}
+
+ColmapParameters colmapParameters(const ColmapCamera& camera) {
+    const ColmapLens* row = colmapLens("PINHOLE");
+    std::vector<double> numbers;
+    if (camera.lens) {
+        const auto* const found = std::ranges::find_if(kColmapLenses, [&](const ColmapLens& lens) {
+            const LensModel* const model = findLensModel(lens.name);
+            return model && model->name == camera.lens->model;
+        });
+        if (found == std::end(kColmapLenses)) return {nullptr, {}};
+        row = found;
+        numbers = camera.lens->coefficients;
+    }
+    if (row->focal_lengths == 0)
+        return {row, {double(camera.size.width), double(camera.size.height)}};
+    const Intrinsics& k = *camera.intrinsics;
+    std::vector<double> first{k.fx, k.fy, k.cx + 0.5, k.cy + 0.5};
+    if (row->focal_lengths == 1) first.erase(first.begin() + 1);
+    numbers.insert(numbers.begin(), first.begin(), first.end());
+    const bool fits = numbers.size() == static_cast<std::size_t>(row->parameters);
+    return {fits ? row : nullptr, numbers};
 }
 
 glm::dmat4 colmapPose(std::span<const double, 7> numbers, const std::string& where) {

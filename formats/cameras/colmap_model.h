@@ -51,6 +51,13 @@ struct ColmapModel {
 ColmapCamera colmapCamera(const ColmapLens& lens, double width, double height,
                           std::span<const double> parameters, const CameraFileOptions& options,
                           const std::string& where);
+/// The row and the parameters of a camera.
+struct ColmapParameters {
+    const ColmapLens* lens;  ///< null if COLMAP has no such lens
+    std::vector<double> numbers;
+};
+/// Inverts colmapCamera().
+ColmapParameters colmapParameters(const ColmapCamera& camera);
 /// Returns the pose (camera to world) for an image's qw, qx, qy, qz, tx, ty, tz (world to camera).
 /// Throws Error (kInput).
 glm::dmat4 colmapPose(std::span<const double, 7> numbers, const std::string& where);

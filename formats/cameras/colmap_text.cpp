@@ -148,11 +148,11 @@ ColmapFiles colmapText(const ColmapModel& model, std::span<const ScenePoint> poi
         "# Number of cameras: " +
         count(model.cameras.size());
     for (const auto& [id, camera] : model.cameras) {
-        const Intrinsics& k = *camera.intrinsics;
+        const auto [lens, numbers] = colmapParameters(camera);
         const Size& size = camera.size;
-        cameras += std::to_string(id) + " PINHOLE " + std::to_string(size.width) + " " +
-                   std::to_string(size.height) + " " +
-                   cameraNumbers(std::array{k.fx, k.fy, k.cx + 0.5, k.cy + 0.5}, " ") + "\n";
+        cameras += std::to_string(id) + " " + std::string(lens->name) + " " +
+                   std::to_string(size.width) + " " + std::to_string(size.height) + " " +
+                   cameraNumbers(numbers, " ") + "\n";
     }
     std::string images =
         "# Image list with two lines of data per image:\n"

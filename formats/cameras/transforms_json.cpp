@@ -303,15 +303,81 @@ bool isTransformsName(const std::filesystem::path& path) {
     return lowerExtension(path) == ".json" && !path.filename().string().starts_with("scene_camera");
 }
 
+/// Returns the intrinsics; for a picture of all directions, those that nerfstudio gives it.
+Intrinsics transformsIntrinsics(const FileCamera& camera) {
+    checkWritten(camera);
+    if (!camera.lens || !lensModel(*camera.lens).filling) return writtenIntrinsics(camera);
+    const double w = camera.size.width, h = camera.size.height;
+    return {w / 2, h, w / 2 - 0.5, h / 2 - 0.5};
+}
+
+/// A lens in the words of nerfstudio, and of instant-ngp for F-Theta. `coefficients` are numbers by
+/// key; `list` is distortion_params.
+struct TransformsLens {
+    std::string model = "PINHOLE";
+    std::vector<std::pair<std::string, double>> coefficients{};
+    std::vector<double> list{};
+};
+
+/// A row for each lens that has a counterpart. `keys` are those of the coefficients, in order;
+/// coefficients without a key must be 0.
+struct TransformsLensRow {
+    std::string_view lens;
+    std::size_t most;  ///< number of coefficients of the lens, at most
+    const char* model;
+    std::vector<std::string_view> keys;
+};
+std::span<const TransformsLensRow> transformsLenses() {
+    static const TransformsLensRow kRows[] = {
+        {"simple-radial", 1, "OPENCV", {"k1"}},
+        {"radial", 2, "OPENCV", {"k1", "k2"}},
+        {"opencv", 5, "OPENCV", {"k1", "k2", "p1", "p2", "k3"}},
+        {"opencv", 14, "FULL_OPENCV", {"k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"}},
+        {"full-opencv", 8, "FULL_OPENCV", {"k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"}},
+        {"opencv-fisheye", 4, "OPENCV_FISHEYE", {"k1", "k2", "k3", "k4"}},
+        {"simple-fisheye", 0, "OPENCV_FISHEYE", {}},
+        {"fisheye", 0, "OPENCV_FISHEYE", {}},
+        {"simple-radial-fisheye", 1, "OPENCV_FISHEYE", {"k1"}},
+        {"radial-fisheye", 2, "OPENCV_FISHEYE", {"k1", "k2"}},
+        {"thin-prism-fisheye", 8, "OPENCV_FISHEYE", {"k1", "k2", "p1", "p2", "k3", "k4"}},
+        {"ftheta", 10, "OPENCV", {"ftheta_p0", "ftheta_p1", "ftheta_p2", "ftheta_p3", "ftheta_p4"}},
+        {"equirectangular", 0, "EQUIRECTANGULAR", {}},
+    };
+    return kRows;
+}
+
+/// Throws Error (kUsage) if neither program has the lens.
+TransformsLens transformsLens(const FileCamera& camera) {
+    if (!camera.lens) return {};
+    const auto& [model, coefficients] = *camera.lens;
+    if (model == "rad-tan-thin-prism-fisheye") return {"FISHEYE624", {}, coefficients};
+    for (const TransformsLensRow& row : transformsLenses()) {
+        if (row.lens != model || coefficients.size() > row.most) continue;
+        TransformsLens lens{row.model};
+        bool fits = true;
+        for (std::size_t i = 0; i < coefficients.size(); ++i) {
+            if (i < row.keys.size())
+                lens.coefficients.emplace_back(row.keys[i], coefficients[i]);
+            else
+                fits = fits && coefficients[i] == 0;
+        }
+        if (fits) return lens;
+    }
+    refuseLensOutput(camera, "transforms.json has no lens like this " + model);
+}
+
 /// Returns the size and lens as the text of JSON members, each preceded by `before`.
 std::string lensText(const FileCamera& camera, const char* before) {
-    const Intrinsics lens = writtenIntrinsics(camera);
-    const std::pair<const char*, double> members[] = {
-        {"w", camera.size.width}, {"h", camera.size.height}, {"fl_x", lens.fx},
-        {"fl_y", lens.fy},        {"cx", lens.cx + 0.5},     {"cy", lens.cy + 0.5}};
+    const Intrinsics k = transformsIntrinsics(camera);
+    const auto [model, coefficients, list] = transformsLens(camera);
+    std::vector<std::pair<std::string, double>> members = {
+        {"w", camera.size.width}, {"h", camera.size.height}, {"fl_x", k.fx},
+        {"fl_y", k.fy},           {"cx", k.cx + 0.5},        {"cy", k.cy + 0.5}};
+    members.insert(members.end(), coefficients.begin(), coefficients.end());
     std::string text;
     for (const auto& [key, value] : members)
-        text += before + ('"' + std::string(key) + "\": ") + cameraNumber(value) + ",";
+        text += before + ('"' + key + "\": ") + cameraNumber(value) + ",";
+    if (!list.empty()) text += before + ("\"distortion_params\": [" + cameraNumbers(list)) + "],";
     return text;
 }
 
@@ -320,6 +386,8 @@ std::string frameText(const FileCamera& camera, bool with_lens) {
     std::string text = "    {\"file_path\": " + jsonText(picture) + ",";
     if (viewName(picture) != camera.name)
         text += std::string(" \"") + kNameKey + "\": " + jsonText(camera.name) + ",";
+    if (with_lens && camera.lens)
+        text += " \"camera_model\": " + jsonText(transformsLens(camera).model) + ",";
     if (with_lens) text += lensText(camera, " ");
     if (camera.near)
         text += std::string(" \"") + kNearKey + "\": " + cameraNumber(*camera.near) + ",";
@@ -339,10 +407,11 @@ std::vector<std::string> writeTransforms(const std::filesystem::path&,
                                          std::span<const FileCamera> cameras,
                                          const CameraOutputOptions&) {
     const bool shared = std::ranges::all_of(cameras, [&](const FileCamera& camera) {
-        return camera.size == cameras.front().size &&
-               writtenIntrinsics(camera) == writtenIntrinsics(cameras.front());
+        return camera.size == cameras.front().size && camera.lens == cameras.front().lens &&
+               transformsIntrinsics(camera) == transformsIntrinsics(cameras.front());
     });
-    std::string text = "{\n  \"camera_model\": \"PINHOLE\",";
+    const std::string model = shared ? transformsLens(cameras.front()).model : "PINHOLE";
+    std::string text = "{\n  \"camera_model\": " + jsonText(model) + ",";
     if (shared) text += lensText(cameras.front(), "\n  ");
     text += "\n  \"frames\": [";
     for (const FileCamera& camera : cameras)

@@ -37,7 +37,8 @@ constexpr const char* kOfCamera[] = {"worldToCamera",
                                      "screenWindowWidth",
                                      "pixelAspectRatio",
                                      "peeler:projection",
-                                     "peeler:depth"};
+                                     "peeler:depth",
+                                     "peeler:lens"};
 
 std::vector<float> numbersOf(const Imf::Attribute& attribute) {
     if (const auto* one = dynamic_cast<const Imf::FloatAttribute*>(&attribute))

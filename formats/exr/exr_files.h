@@ -129,9 +129,10 @@ ExrInfo readExrInfo(const std::string& path);
 // Defined in exr_header.cpp.
 
 /// Returns the camera as JSON, with all numbers in double precision: name; projection; near; far
-/// (null if infinite); halfWidth and halfHeight (as in Projection); width; height; crop [x, y, w,
-/// h]; cameraToWorld, a 4×4 matrix in rows, for column vectors (OpenGL's camera: looks along −Z, +Y
-/// up); and sample [x, y] unless it is the pixel's centre.
+/// (null if infinite); halfWidth and halfHeight (as in Projection), or lens (lensJson()) in place
+/// of both; width; height; crop [x, y, w, h]; cameraToWorld, a 4×4 matrix in rows, for column
+/// vectors (OpenGL's camera: looks along −Z, +Y up); and sample [x, y] unless it is the pixel's
+/// centre.
 std::string cameraJson(const View& view);
 
 /// The inverse of cameraJson(). Throws Error (kInput) if the text is malformed.

@@ -20,6 +20,8 @@
 
 #include <peeler/error.h>
 #include "core/base/printable.h"
+#include "core/scene/view.h"
+#include "formats/cameras/lens_json.h"
 #include "formats/exr/deep_certificate.h"
 #include "formats/exr/exr_attributes.h"
 #include "formats/file/json_text.h"
@@ -72,7 +74,7 @@ double degrees(double tangent_of_half) {
 }
 
 float pixelAspectRatio(const View& view) {
-    if (!view.known) return 1;
+    if (!view.known || view.rays) return 1;
     const double ratio =
         (view.projection.half_width / view.width) / (view.projection.half_height / view.height);
     // Rounding may make the ratio of square pixels slightly different from 1.
@@ -84,13 +86,15 @@ void addCamera(Imf::Header& header, const View& view) {
     const Projection& projection = view.projection;
     const glm::dmat4 world_to_camera = worldToCamera(view);
     Imf::addWorldToCamera(header, rowVectorMatrix(world_to_camera));
-    Imf::addWorldToNDC(header, rowVectorMatrix(cameraToNdc(projection) * world_to_camera));
+    if (!view.rays)
+        Imf::addWorldToNDC(header, rowVectorMatrix(cameraToNdc(projection) * world_to_camera));
 
     const auto add = [&](const char* name, double value) {
         header.insert(name, Imf::FloatAttribute(static_cast<float>(value)));
     };
     add("near", projection.near);
     add("far", projection.far);
+    if (view.rays) return;
     if (projection.perspective) {
         add("fieldOfViewHorizontal", degrees(projection.half_width));
         add("fieldOfViewVertical", degrees(projection.half_height));
@@ -145,6 +149,26 @@ int pixelsIn(const nlohmann::json& value) {
     return static_cast<int>(pixels);
 }
 
+/// Returns the rays of a camera's lens. Throws Error (kInput) if the lens does not fit the picture.
+std::shared_ptr<const PictureRays> lensRaysIn(const nlohmann::json& lens, const Size& size) {
+    const LensCamera camera = lensOfJson(lens, "peeler:cameraJson");
+    try {
+        return lensPicture(camera, size);
+    } catch (const Error& error) {
+        throw Error(ErrorKind::kInput, error.whatText(), "peeler:cameraJson");
+    }
+}
+
+/// Whether a camera can be stored: a moving camera and a list of rays are none.
+bool hasCamera(const View& view) {
+    return view.known && (!view.rays || lensCameraOf(view));
+}
+
+std::string projectionName(const View& view) {
+    if (view.rays) return std::string(view.rays->kind());
+    return view.projection.perspective ? "perspective" : "orthographic";
+}
+
 }  // namespace
 
 std::string PictureAttribute::text() const {
@@ -180,13 +204,13 @@ std::vector<PictureAttribute> pictureAttributes(const Plan& plan, const Provenan
     text(kDeepCertificate, provenance.deep_certificate);
     text("peeler:tile", provenance.tile);
     text("peeler:elements", provenance.elements);
-    if (plan.view.known) {
-        text("peeler:camera", plan.view.camera_name);
-        text("peeler:depth", "camera z");
-        text("peeler:projection",
-             plan.view.projection.perspective ? "perspective" : "orthographic");
-        text("peeler:cameraJson", cameraJson(plan.view));
+    if (plan.view.known) text("peeler:camera", plan.view.camera_name);
+    if (plan.view.known || plan.view.rays) {
+        text("peeler:depth", plan.view.rays ? "distance" : "camera z");
+        text("peeler:projection", projectionName(plan.view));
     }
+    if (const LensCamera* camera = lensCameraOf(plan.view)) text("peeler:lens", camera->lens.model);
+    if (hasCamera(plan.view)) text("peeler:cameraJson", cameraJson(plan.view));
     if (layers_known) {
         text("peeler:fragmentsCounted", std::to_string(plan.fragments_counted));
         text("peeler:fragmentsStored", std::to_string(plan.fragments_stored));
@@ -211,12 +235,12 @@ Imf::Header exrHeader(const Plan& plan, const Provenance& provenance, const Wind
         Imath::Box2i({0, 0}, {view.width - 1, view.height - 1}),
         Imath::Box2i({data_window.x0, data_window.y0}, {data_window.x1 - 1, data_window.y1 - 1}),
         pixelAspectRatio(view), Imath::V2f(0, 0),
-        view.known ? static_cast<float>(2 * view.projection.half_width) : 1, Imf::INCREASING_Y,
-        Imf::ZIP_COMPRESSION);
+        view.known && !view.rays ? static_cast<float>(2 * view.projection.half_width) : 1,
+        Imf::INCREASING_Y, Imf::ZIP_COMPRESSION);
     header.setType(Imf::SCANLINEIMAGE);
     Imf::addChromaticities(header, Imf::Chromaticities());  // the default is Rec. 709, D65
     addCarried(header, provenance.carried);
-    if (view.known) addCamera(header, view);
+    if (hasCamera(view)) addCamera(header, view);
     addProvenance(header, pictureAttributes(plan, provenance, layers_known));
     addDate(header);
     return header;
@@ -231,16 +255,20 @@ std::string cameraJson(const View& view) {
     }
     nlohmann::json json = {
         {"name", view.camera_name},
-        {"projection", projection.perspective ? "perspective" : "orthographic"},
+        {"projection", projectionName(view)},
         {"near", projection.near},
         {"far", projection.far},  // infinity becomes null in the JSON text
-        {"halfWidth", projection.half_width},
-        {"halfHeight", projection.half_height},
         {"width", view.width},
         {"height", view.height},
         {"crop", {view.crop.x0, view.crop.y0, view.crop.width(), view.crop.height()}},
         {"cameraToWorld", matrix},
     };
+    if (const LensCamera* camera = lensCameraOf(view)) {
+        json["lens"] = lensJson(*camera);
+    } else {
+        json["halfWidth"] = projection.half_width;
+        json["halfHeight"] = projection.half_height;
+    }
     if (view.sample != glm::dvec2(0.5)) json["sample"] = {view.sample.x, view.sample.y};
     return dumpJson(json);
 }
@@ -251,13 +279,17 @@ View viewFromJson(const std::string& text) {
         View view;
         view.camera_name = json.at("name").get<std::string>();
         Projection& projection = view.projection;
-        projection.perspective = json.at("projection").get<std::string>() == "perspective";
+        const auto name = json.at("projection").get<std::string>();
+        const bool has_lens = name == "lens";
+        projection.perspective = name == "perspective" || has_lens;
         projection.near = json.at("near").get<double>();
         const auto& far = json.at("far");
         projection.far =
             far.is_null() ? std::numeric_limits<double>::infinity() : far.get<double>();
-        projection.half_width = json.at("halfWidth").get<double>();
-        projection.half_height = json.at("halfHeight").get<double>();
+        if (!has_lens) {
+            projection.half_width = json.at("halfWidth").get<double>();
+            projection.half_height = json.at("halfHeight").get<double>();
+        }
         view.width = pixelsIn(json.at("width"));
         view.height = pixelsIn(json.at("height"));
         const nlohmann::json& crop = json.at("crop");
@@ -274,6 +306,7 @@ View viewFromJson(const std::string& text) {
                     rows[static_cast<std::size_t>(row)][static_cast<std::size_t>(column)];
             }
         }
+        if (has_lens) view.rays = lensRaysIn(json.at("lens"), {view.width, view.height});
         return view;
     } catch (const nlohmann::json::exception& e) {
         throw Error(ErrorKind::kInput, "the camera is not readable: " + printable(e.what()),

@@ -51,7 +51,9 @@ std::vector<PictureAttribute> pictureAttributes(const Plan& plan, const Provenan
 ///   and `peeler:view` are int, `peeler:time` is double. All other `peeler:` attributes are
 ///   strings, left out if empty.
 /// - `peeler:cameraJson`: see cameraJson().
-/// - There are no camera attributes if the camera is unknown (View::known), and no layer and
+/// - A lens has neither worldToNDC nor field of view, and screenWindowWidth 1.
+/// - There are no camera attributes if the camera is unknown (View::known), a moving one or a list
+///   of rays (only `peeler:projection` and `peeler:depth`), and no layer and
 ///   fragment counts unless `layers_known`. (Header::erase() of OpenEXR 3.1 never frees an
 ///   attribute, so erasing them afterwards would leak memory.)
 /// - capDate (UTC) is set only if SOURCE_DATE_EPOCH is.

@@ -105,7 +105,8 @@ void reserveRows(const LayeredImage& from, int y0, LayeredImage& to) {
         reserve(array.data, fragments * array.stride());
 }
 
-/// Appends the rows [y0, y1) of `from` below those of `to`, which has the same width.
+}  // namespace
+
 void appendRows(const LayeredImage& from, int y0, int y1, LayeredImage& to) {
     const std::size_t first = from.pixelIndex(from.window.x0, y0);
     const std::size_t last = from.pixelIndex(from.window.x0, y1);
@@ -116,8 +117,6 @@ void appendRows(const LayeredImage& from, int y0, int y1, LayeredImage& to) {
     appendFragments(from, from.offsets[first], from.offsets[last], to);
     to.window.y1 += y1 - y0;
 }
-
-}  // namespace
 
 std::size_t findExrFragments(const LayeredImage& image, std::uint32_t k, int x0, int y,
                              std::span<std::uint32_t> row) {

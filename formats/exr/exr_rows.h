@@ -44,6 +44,10 @@ void packDeepRow(const LayeredImage& image, std::span<const ExrChannel> channels
 /// is `y`.
 LayeredImage emptyImage(const LayeredImage& like, int y);
 
+/// Appends the rows [y0, y1) of `from` below those of `to`, which has the same width and
+/// arrays.
+void appendRows(const LayeredImage& from, int y0, int y1, LayeredImage& to);
+
 /// Returns row `y` and all rows below it as one image. The rows are those of `upper`, then those of
 /// `lower`, which begins directly below the last row of `upper`. Both images have the same width
 /// and arrays.

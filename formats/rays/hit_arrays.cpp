@@ -23,20 +23,20 @@ class HitArrays final : public RayOutput {
     HitArrays(std::string path, const HitOptions& options)
         : path_(std::move(path)),
           output_hash_(options.provenance.output_hash),
-          columns_(chosenHitColumns(options.columns)),
-          reader_(options.posed) {}
+          columns_(chosenHitColumns(options.columns, options.bundles)),
+          reader_(options.posed, columns_) {}
 
     std::vector<Channel> channels() const override { return channelsOf(columns_); }
     bool needsHits() const override { return true; }
     SizeForecast forecast(std::span<const Bundle> bundles,
                           std::span<const std::uint64_t> hits) const override {
         return {ArrayWriter::fileBytes(path_, arraysOf(bundles, hits),
-                                       {{"output_hash", output_hash_}})};
+                                       bundleTexts(bundles, output_hash_))};
     }
 
     void begin(std::span<const Bundle> bundles, std::span<const std::uint64_t> hits) override {
         bundles_ = {bundles.begin(), bundles.end()};
-        writer_.emplace(path_, arraysOf(bundles, hits), ArrayTexts{{"output_hash", output_hash_}});
+        writer_.emplace(path_, arraysOf(bundles, hits), bundleTexts(bundles, output_hash_));
         const std::int64_t zero = 0;
         writer_->append(kRaySplits, std::as_bytes(std::span(&zero, 1)));
         writeBundles(*writer_, kFirstColumn + columns_.size(), bundles);

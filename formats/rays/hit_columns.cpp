@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include <peeler/error.h>
+#include "core/scene/view.h"
 #include "formats/file/byte_buffer.h"
 
 namespace peeler {
@@ -41,6 +42,13 @@ std::span<const HitColumn> hitColumns() {
          {},
          [](const HitBatch& hits, std::byte* out, std::size_t stride) {
              putEach(hits, out, stride, [&](std::size_t i) { return hits.t[i]; });
+         }},
+        {kCameraZColumn,
+         kFloat,
+         {"camera_z"},
+         {},
+         [](const HitBatch& hits, std::byte* out, std::size_t stride) {
+             putEach(hits, out, stride, [&](std::size_t i) { return hits.camera_z[i]; });
          }},
         {"geometry_ids",
          kUint32,
@@ -117,16 +125,31 @@ std::span<const HitColumn> hitColumns() {
     return kColumns;
 }
 
-std::vector<HitColumn> chosenHitColumns(std::span<const std::string> names) {
+std::vector<HitColumn> chosenHitColumns(std::span<const std::string> names,
+                                        std::span<const Bundle> bundles) {
     const std::span<const HitColumn> all = hitColumns();
     for (const std::string& name : names)
         if (std::ranges::find(all, name, &HitColumn::name) == all.end())
             throw Error(ErrorKind::kInternal, "hits have no such column", name);
     std::vector<HitColumn> chosen;
     for (const HitColumn& column : all)
-        if (names.empty() || std::ranges::find(names, column.name) != names.end())
+        if (names.empty() ? column.name != kCameraZColumn || haveLens(bundles)
+                          : std::ranges::find(names, column.name) != names.end())
             chosen.push_back(column);
+    if (std::ranges::find(names, kCameraZColumn) == names.end()) return chosen;
+    for (const Bundle& bundle : bundles)
+        if (bundle.view.rays && !lensCameraOf(bundle.view))
+            throw Error(ErrorKind::kUsage, "a moving camera or a list of rays has no camera Z",
+                        std::string(kCameraZColumn), "leave this column out");
     return chosen;
+}
+
+bool haveLens(std::span<const Bundle> bundles) {
+    return std::ranges::any_of(bundles, [](const Bundle& b) { return lensCameraOf(b.view); });
+}
+
+double cameraZScale(const View& view, int x, int y) {
+    return lensCameraOf(view) ? -view.rays->at(glm::dvec2(x, y) + view.sample).direction.z : 1;
 }
 
 std::vector<Channel> channelsOf(std::span<const HitColumn> columns) {

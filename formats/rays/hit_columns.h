@@ -41,6 +41,7 @@ struct HitBatch {
     std::size_t first = 0;  ///< index of the batch's first hit in the band
     std::size_t size = 0;
     std::span<const float> t{};  ///< distance of each hit from the ray's origin, in scene units
+    std::span<const float> camera_z{};        ///< camera Z, if requested, in scene units
     std::span<const glm::dvec3> positions{};  ///< world-space positions, if requested
     std::span<const HitPlace> places{};
     std::span<const HitInstance> instances{};  ///< indexed by HitPlace::instance
@@ -69,9 +70,19 @@ struct HitColumn {
 /// (formats/arrays/fragment_columns.h).
 std::span<const HitColumn> hitColumns();
 
-/// Returns the columns with these names, in the order of the table; all columns if `names` is
-/// empty. Throws Error (kInternal) if the table lacks a name.
-std::vector<HitColumn> chosenHitColumns(std::span<const std::string> names);
+/// Returns the columns with these names, in the order of the table. If `names` is empty, returns
+/// all columns, but kCameraZColumn only if a bundle has a lens. Throws Error (kInternal) if the
+/// table lacks a name, and Error (kUsage) if kCameraZColumn is named but a bundle has no camera Z.
+std::vector<HitColumn> chosenHitColumns(std::span<const std::string> names,
+                                        std::span<const Bundle> bundles);
+
+inline constexpr std::string_view kCameraZColumn = "z_hit";
+
+/// Whether a bundle has a lens. Z is then the distance, and hits have camera Z besides it.
+bool haveLens(std::span<const Bundle> bundles);
+
+/// Returns camera Z / Z on the ray of a pixel; 1 for a view without a lens.
+double cameraZScale(const View& view, int x, int y);
 
 /// Returns the channels that columns need, in the order of the channel table.
 std::vector<Channel> channelsOf(std::span<const HitColumn> columns);
@@ -79,8 +90,9 @@ std::vector<Channel> channelsOf(std::span<const HitColumn> columns);
 /// A converter from fragments to hits. Finds the hits' triangles by the keys of the fragments.
 class HitReader {
   public:
-    /// `positions`: whether to compute HitBatch::positions.
-    explicit HitReader(PosedScene posed, bool positions = false);
+    /// `positions`: whether to compute HitBatch::positions. Computes HitBatch::camera_z if one of
+    /// the columns is kCameraZColumn.
+    HitReader(PosedScene posed, std::span<const HitColumn> columns, bool positions = false);
 
     /// Calls use(batch) for batches that together hold all hits of a band, in any order and on all
     /// threads. Throws Error (kInternal) if channels are not 32-bit.
@@ -94,7 +106,7 @@ class HitReader {
     /// Storage for the computed values of HitBatch.
     struct Storage {
         std::vector<HitPlace> places;
-        std::vector<float> t;
+        std::vector<float> t, camera_z;
         std::vector<glm::dvec3> positions;
     };
     void place(std::span<const std::uint32_t> keys, Storage& storage, HitBatch& hits) const;
@@ -102,7 +114,7 @@ class HitReader {
                  HitBatch& hits) const;
 
     PosedScene posed_;
-    bool positions_;
+    bool positions_, camera_z_;
     std::vector<HitInstance> instances_;
     /// Material of each surface in DrawList::surfaces(), in the form of HitPlace::material.
     std::vector<std::uint32_t> materials_;

@@ -26,16 +26,20 @@ namespace peeler {
 namespace {
 
 constexpr int kHitRowsInFlight = 32;
+constexpr const char* kCameraZ = "cameraZ";
 
 /// A deep image with a scan-line part for each bundle. The data window of a part is the crop. Every
 /// hit of a ray is a point sample of the ray's pixel, in list order. A sample has Z (camera Z) and
-/// the components of the extra arrays except the keys, including integers, but no colours. The
+/// the components of the extra arrays except the keys, including integers, but no colours. If a
+/// bundle has a lens, all samples have kCameraZ too, because their Z is the distance. The
 /// compression is ZIPS. The parts follow each other in the file. The sizes of the bands do not
 /// affect the bytes of the file.
 class HitImage final : public RayOutput {
   public:
     HitImage(std::string path, const HitOptions& options)
-        : path_(std::move(path)), provenance_(options.provenance) {
+        : path_(std::move(path)),
+          provenance_(options.provenance),
+          camera_z_(haveLens(options.bundles)) {
         provenance_.ids = idNames(options.posed.scene());
     }
 
@@ -49,7 +53,8 @@ class HitImage final : public RayOutput {
     bool needsHits() const override { return true; }
     SizeForecast forecast(std::span<const Bundle> bundles,
                           std::span<const std::uint64_t> hits) const override {
-        const std::uint64_t hit = sizeof(float) + channelBytes(channels(), PixelType::kFloat);
+        const std::uint64_t hit =
+            (camera_z_ ? 2 : 1) * sizeof(float) + channelBytes(channels(), PixelType::kFloat);
         std::uint64_t bytes = hit * std::accumulate(hits.begin(), hits.end(), std::uint64_t{0}) +
                               // Sample count of each pixel.
                               sizeof(std::uint32_t) * raysOf(bundles);
@@ -73,9 +78,10 @@ class HitImage final : public RayOutput {
         file_->commit();
     }
     /// Returns half the number of rows that are packed before they are written, because sinkUse()
-    /// counts each row twice.
+    /// counts each row twice. With a lens, the rows are also copied.
     SinkMemory memory(const Bundle& bundle) const override {
-        return {.rows = std::min(kHitRowsInFlight, bundle.view.crop.height()) / 2};
+        const int rows = std::min(kHitRowsInFlight, bundle.view.crop.height());
+        return {.rows = camera_z_ ? rows : rows / 2};
     }
 
   private:
@@ -88,9 +94,12 @@ class HitImage final : public RayOutput {
 
     void open(const LayeredImage& first_band);
     Imf::Header header(std::size_t part) const;
+    void writeRows(std::size_t bundle, const LayeredImage& rows, int first);
+    LayeredImage withCameraZ(const View& view, const LayeredImage& band, int first) const;
 
     std::string path_;
     Provenance provenance_;
+    bool camera_z_;  ///< whether samples have kCameraZ
     std::vector<Part> parts_;
     std::unique_ptr<AtomicFile> file_;
     std::unique_ptr<ExrOutput> exr_;  ///< created with the first band, which has the channels
@@ -106,6 +115,10 @@ void HitImage::open(const LayeredImage& first_band) {
         if (array.channels.front() == kKeyChannel) continue;
         const auto more = deepChannels(array, static_cast<int>(i));
         channels_.insert(channels_.end(), more.begin(), more.end());
+    }
+    if (camera_z_) {
+        const auto source = static_cast<int>(first_band.extra.size());
+        channels_.push_back({kCameraZ, PixelType::kFloat, source, 0, 1});
     }
     std::ranges::sort(channels_, {}, &ExrChannel::name);
     std::vector<Imf::Header> headers;
@@ -132,19 +145,48 @@ Imf::Header HitImage::header(std::size_t part) const {
     return header;
 }
 
+/// Returns up to kHitRowsInFlight rows of a band, with camera Z as the last array.
+LayeredImage HitImage::withCameraZ(const View& view, const LayeredImage& band, int first) const {
+    LayeredImage rows = emptyImage(band, first);
+    appendRows(band, first, std::min(first + kHitRowsInFlight, band.window.y1), rows);
+    FragmentArray& array = rows.extra.emplace_back();
+    array.channels = {kCameraZ};
+    array.type = PixelType::kFloat;
+    array.data.resize(rows.z.size() * sizeof(float));
+    const auto camera_z = array.as<float>();
+    std::size_t pixel = 0;
+    for (int y = rows.window.y0; y < rows.window.y1; ++y) {
+        for (int x = rows.window.x0; x < rows.window.x1; ++x, ++pixel) {
+            if (rows.count(pixel) == 0) continue;
+            const double scale = cameraZScale(view, x, y);
+            for (std::size_t f = rows.offsets[pixel]; f < rows.offsets[pixel + 1]; ++f)
+                camera_z[f] = static_cast<float>(static_cast<double>(rows.z[f]) * scale);
+        }
+    }
+    return rows;
+}
+
+/// Writes up to kHitRowsInFlight rows of an image, from row `first` on.
+void HitImage::writeRows(std::size_t bundle, const LayeredImage& image, int first) {
+    const int rows = std::min(kHitRowsInFlight, image.window.y1 - first);
+    parallelFor(static_cast<std::size_t>(rows), [&](std::size_t row) {
+        packers_.with([&](ExrChunkPacker& packer) {
+            packDeepRow(image, channels_, image.window, first + static_cast<int>(row), packer,
+                        packed_[row]);
+        });
+    });
+    for (int row = 0; row < rows; ++row)
+        exr_->append(bundle, parts_[bundle].next_row++, packed_[static_cast<std::size_t>(row)]);
+}
+
 void HitImage::take(std::size_t bundle, const LayeredImage& band) {
     if (!exr_) open(band);
     packed_.resize(kHitRowsInFlight);
     for (int y = band.window.y0; y < band.window.y1; y += kHitRowsInFlight) {
-        const int rows = std::min(kHitRowsInFlight, band.window.y1 - y);
-        parallelFor(static_cast<std::size_t>(rows), [&](std::size_t row) {
-            packers_.with([&](ExrChunkPacker& packer) {
-                packDeepRow(band, channels_, band.window, y + static_cast<int>(row), packer,
-                            packed_[row]);
-            });
-        });
-        for (int row = 0; row < rows; ++row)
-            exr_->append(bundle, parts_[bundle].next_row++, packed_[static_cast<std::size_t>(row)]);
+        if (camera_z_)
+            writeRows(bundle, withCameraZ(parts_[bundle].view, band, y), y);
+        else
+            writeRows(bundle, band, y);
     }
 }
 

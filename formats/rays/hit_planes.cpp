@@ -42,19 +42,20 @@ class HitPlanes final : public RayOutput {
     HitPlanes(std::string path, const HitOptions& options)
         : path_(std::move(path)),
           output_hash_(options.provenance.output_hash),
-          columns_(chosenHitColumns(options.columns)),
-          reader_(options.posed),
+          columns_(chosenHitColumns(options.columns, options.bundles)),
+          reader_(options.posed, columns_),
           planes_(*options.dense, options.dense->layers) {}
 
     std::vector<Channel> channels() const override { return channelsOf(columns_); }
     SizeForecast forecast(std::span<const Bundle> bundles,
                           std::span<const std::uint64_t>) const override {
-        return {ArrayWriter::fileBytes(path_, arraysOf(bundles), {{"output_hash", output_hash_}})};
+        return {
+            ArrayWriter::fileBytes(path_, arraysOf(bundles), bundleTexts(bundles, output_hash_))};
     }
 
     void begin(std::span<const Bundle> bundles, std::span<const std::uint64_t>) override {
         bundles_ = {bundles.begin(), bundles.end()};
-        writer_.emplace(path_, arraysOf(bundles), ArrayTexts{{"output_hash", output_hash_}});
+        writer_.emplace(path_, arraysOf(bundles), bundleTexts(bundles, output_hash_));
         writeBundles(*writer_, kFirstPlanes + columns_.size(), bundles);
     }
 

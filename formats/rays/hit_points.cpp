@@ -17,8 +17,8 @@ class HitPoints final : public RayOutput {
         : path_(std::move(path)),
           comment_(options.comment),
           double_positions_(options.double_positions),
-          columns_(chosenHitColumns(options.columns)),
-          reader_(options.posed, true) {}
+          columns_(chosenHitColumns(options.columns, options.bundles)),
+          reader_(options.posed, columns_, true) {}
 
     std::vector<Channel> channels() const override { return channelsOf(columns_); }
     /// The writer needs no count, but the count gives the file's size, which may exceed the free

@@ -40,8 +40,10 @@ std::uint32_t materialIn(const Scene& scene, int material) {
 
 }  // namespace
 
-HitReader::HitReader(PosedScene posed, bool positions)
-    : posed_(std::move(posed)), positions_(positions) {
+HitReader::HitReader(PosedScene posed, std::span<const HitColumn> columns, bool positions)
+    : posed_(std::move(posed)),
+      positions_(positions),
+      camera_z_(std::ranges::find(columns, kCameraZColumn, &HitColumn::name) != columns.end()) {
     const std::vector<std::uint32_t> ordinals = posed_.instanceOrdinals();
     for (std::size_t i = 0; i < ordinals.size(); ++i) {
         const MeshInstance& instance = posed_.meshes()[i];
@@ -96,12 +98,14 @@ void HitReader::place(std::span<const std::uint32_t> keys, Storage& storage, Hit
     hits.places = storage.places;
 }
 
-/// Computes distances and, if requested, positions.
+/// Computes distances and, if requested, camera Z and positions.
 void HitReader::measure(const Bundle& bundle, const LayeredImage& band, Storage& storage,
                         HitBatch& hits) const {
     hits.t = std::span(band.z).subspan(hits.first, hits.size);
-    if ((bundle.parallel() || bundle.view.rays) && !positions_) return;
+    const View& view = bundle.view;
+    if ((bundle.parallel() || view.rays) && !positions_ && !camera_z_) return;
     storage.t.resize(hits.size);
+    storage.camera_z.resize(camera_z_ ? hits.size : 0);
     storage.positions.resize(positions_ ? hits.size : 0);
     const auto width = static_cast<std::size_t>(band.window.width());
     const auto after = std::ranges::upper_bound(band.offsets, hits.first);
@@ -112,16 +116,17 @@ void HitReader::measure(const Bundle& bundle, const LayeredImage& band, Storage&
         const int x = band.window.x0 + static_cast<int>(pixel % width);
         const int y = band.window.y0 + static_cast<int>(pixel / width);
         const double scale = bundle.tScale(x, y);
+        const double along_axis = camera_z_ ? cameraZScale(view, x, y) : 1;
         for (; i < end; ++i) {
             const auto z = static_cast<double>(hits.t[i]);
             storage.t[i] = static_cast<float>(z * scale);
-            if (positions_) {
-                const View& view = bundle.view;
+            if (camera_z_) storage.camera_z[i] = static_cast<float>(z * along_axis);
+            if (positions_)
                 storage.positions[i] = worldPosition(view, x + view.sample.x, y + view.sample.y, z);
-            }
         }
     }
     hits.t = storage.t;
+    hits.camera_z = storage.camera_z;
     hits.positions = storage.positions;
 }
 

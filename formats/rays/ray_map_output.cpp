@@ -109,15 +109,16 @@ class RayMapArrays : public RayMapOutput {
                  const RayMapOptions& options)
         : RayMapOutput(posed, solids, options.settings),
           path_(std::move(path)),
-          texts_{{"output_hash", options.provenance.output_hash}} {}
+          output_hash_(options.provenance.output_hash) {}
 
     SizeForecast forecast(std::span<const Bundle> bundles,
                           std::span<const std::uint64_t>) const override {
-        return {ArrayWriter::fileBytes(path_, arraysOf(bundles), texts_)};
+        return {
+            ArrayWriter::fileBytes(path_, arraysOf(bundles), bundleTexts(bundles, output_hash_))};
     }
     void begin(std::span<const Bundle> bundles, std::span<const std::uint64_t> hits) override {
         RayMapOutput::begin(bundles, hits);
-        writer_.emplace(path_, arraysOf(bundles), texts_);
+        writer_.emplace(path_, arraysOf(bundles), bundleTexts(bundles, output_hash_));
         writeBundles(*writer_, bundles.size() * maps().channels().size(), bundles);
     }
     void finish() override { writer_->finish(); }
@@ -153,8 +154,7 @@ class RayMapArrays : public RayMapOutput {
         return arrays;
     }
 
-    std::string path_;
-    ArrayTexts texts_;
+    std::string path_, output_hash_;
     std::optional<ArrayWriter> writer_;
     std::size_t first_ = 0;               ///< index of the current bundle's first array
     std::vector<std::uint32_t> numbers_;  ///< values of the rows being written, as 32-bit words

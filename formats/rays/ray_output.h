@@ -96,8 +96,10 @@ struct HitOptions {
     std::string comment{};  ///< for point clouds: one line
     /// Whether positions in point clouds have 64 bits instead of 32.
     bool double_positions = false;
-    /// Arrays and point clouds: names of hitColumns() (hit_columns.h); if empty, all columns.
+    /// Arrays and point clouds: names of hitColumns() (hit_columns.h); if empty, all columns that
+    /// the bundles need.
     std::vector<std::string> columns{};
+    std::vector<Bundle> bundles{};  ///< those of begin()
     /// For arrays: if set, planes are written instead of lists.
     std::optional<DenseSettings> dense{};
 };
@@ -109,8 +111,11 @@ struct HitOptions {
 ///   ((b,) h, w; uint32) replaces ray_splits. Planes need no counting pass. begin() and
 ///   forecast() throw Error (kUsage) if bundles differ in size.
 /// - .ply: a binary point cloud, one point per hit: x y z, the columns, and the bundle's number.
-/// - .exr: a deep part for each bundle, with views from withCommonDisplay().
-/// Throws Error (kUsage) if the path has any other extension.
+/// - .exr: a deep part for each bundle, with views from withCommonDisplay(). If a bundle has a
+/// lens,
+///   the channel cameraZ has camera Z, since Z is the distance.
+/// Throws Error (kUsage) if the path has any other extension, or if a chosen column has no meaning
+/// for a bundle.
 std::unique_ptr<RayOutput> makeHitOutput(const std::string& path, const HitOptions& options);
 /// Throws Error (kUsage) if makeHitOutput() would refuse the path's extension.
 void checkHitFormat(const std::string& path);

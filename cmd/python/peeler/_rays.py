@@ -43,7 +43,7 @@ class Hits:
         first, last = self._first_rays[i : i + 2]
         splits = self.splits[first : last + 1]
         t = self._arrays["t_hit"][splits[0] : splits[-1]]
-        if not self._arrays["bundle_perspective"][i]:
+        if self._arrays["bundle_perspective"][i] != 1:
             return t
         width, height = self._arrays["bundle_resolution"][i]
         x0, y0, columns, rows = self._windows[i]
@@ -60,7 +60,7 @@ class Hits:
 
     @property
     def z(self):
-        """(n,) float32: depth along the bundle's direction, scene units"""
+        """(n,) float32: depth along the bundle's direction (of lenses, moving cameras and lists: t), scene units"""
         return self._z
 
     @property

@@ -10,8 +10,11 @@
 #include <random>
 
 #include <peeler/composite.h>
+#include <peeler/error.h>
 #include "core/base/parallel.h"
 #include "core/image/layers.h"
+#include "core/scene/intrinsics.h"
+#include "core/scene/view.h"
 #include "support/fragment_lists.h"
 
 namespace peeler::test {
@@ -332,6 +335,88 @@ TEST(Reprojection, WhatIsBehindTheCameraOrNoDepthIsLeftOut) {
     const LayeredImage nothing =
         fragmentLists(from.crop, [](int, int) { return std::vector<TestFragment>{}; });
     EXPECT_EQ(seenFrom(nothing, from, from).fragments(), 0U);
+}
+
+/// Returns a view from the origin through a lens.
+View lensView(const Lens& lens, const Intrinsics& intrinsics, const Size& size) {
+    View view;
+    view.width = size.width;
+    view.height = size.height;
+    view.crop = {0, 0, size.width, size.height};
+    setLens(view, {lens, intrinsics});
+    return view;
+}
+
+TEST(Reprojection, APinholeSeesAWallThatAFisheyeSaw) {
+    // A wall at distance 4, seen across 170 degrees.
+    const auto colorOfWall = [](const glm::dvec3& at) {
+        return Color{static_cast<float>(0.5 + 0.5 * std::sin(at.x)),
+                     static_cast<float>(0.5 + 0.5 * std::sin(at.y)), 0.25F, 1};
+    };
+    const View from =
+        lensView({"opencv-fisheye", {0.02, -0.003, 0, 0}}, {60, 62, 99, 101}, {200, 200});
+    const LayeredImage image = fragmentLists(from.crop, [&](int x, int y) {
+        const glm::dvec3 direction = rayOf(from, {x + 0.5, y + 0.5}).direction;
+        std::vector<TestFragment> list;
+        if (direction.z > -0.1) return list;
+        const double t = 4 / -direction.z;
+        list.push_back({static_cast<float>(t), colorOfWall(t * direction)});
+        return list;
+    });
+    View to = movedView(viewOf(60, 40), {0.5, -0.25, -1});
+    const LayeredImage seen = seenFrom(image, from, to);
+    for (int y = 0; y < 40; ++y) {
+        for (int x = 0; x < 60; ++x) {
+            const Color color = onlyFragment(seen, x, y);
+            if (HasFailure()) return;
+            const double z = seen.z[seen.offsets[seen.pixelIndex(x, y)]];
+            EXPECT_NEAR(z, 3, 2e-3) << x << ' ' << y;
+            expectColor(color, colorOfWall(worldPosition(to, x + 0.5, y + 0.5, 3)), 0.01F);
+        }
+    }
+}
+
+TEST(Reprojection, APanoramaIsSeenInEveryDirection) {
+    const View from = lensView({"equirectangular"}, {}, {96, 48});
+    const LayeredImage image = fragmentLists(from.crop, [&](int x, int y) {
+        return std::vector<TestFragment>{{3, paint(x, y)}};
+    });
+    const auto across = [](const glm::dmat4& turn) {
+        View to = viewOf(40, 40);
+        to.projection.half_width = to.projection.half_height = 1;
+        to.camera_to_world = turn;
+        return to;
+    };
+    for (const double degrees : {0.0, 77.0, 150.0, 180.0}) {
+        for (const glm::dvec3 axis : {glm::dvec3(0, 1, 0), glm::dvec3(1, 0, 0)}) {
+            const View to = across(glm::rotate(glm::dmat4(1), glm::radians(degrees), axis));
+            const LayeredImage seen = seenFrom(image, from, to);
+            for (int y = 0; y < 40; ++y) {
+                for (int x = 0; x < 40; ++x) {
+                    onlyFragment(seen, x, y);
+                    if (HasFailure()) return;
+                    const double z = seen.z[seen.offsets[seen.pixelIndex(x, y)]];
+                    EXPECT_NEAR(glm::length(worldPosition(to, x + 0.5, y + 0.5, z)), 3, 0.02);
+                }
+            }
+        }
+    }
+}
+
+TEST(Reprojection, PixelsWithoutARayAndNeighbourlessPixelsAreLeftOut) {
+    // The lens sees 180 degrees to each side, within 31 pixels of the centre.
+    const View from = lensView({"fisheye"}, {10, 10, 39.5, 39.5}, {80, 80});
+    const LayeredImage image = fragmentLists(from.crop, [&](int x, int y) {
+        std::vector<TestFragment> list;
+        if (rayOf(from, {x + 0.5, y + 0.5}).direction != glm::dvec3(0))
+            list.push_back({2, paint(x, y)});
+        return list;
+    });
+    const View to = viewOf(30, 30);
+    const LayeredImage seen = seenFrom(image, from, to);
+    EXPECT_EQ(seen.fragments(), 900U);
+    const View cube = lensView({"cube"}, {}, {60, 40});
+    EXPECT_THROW(seenFrom(image, cube, to), Error);
 }
 
 }  // namespace

@@ -6,6 +6,9 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
+#include "core/lens/lens.h"
+#include "core/scene/intrinsics.h"
+#include "core/scene/view.h"
 #include "formats/cameras/camera_files.h"
 
 namespace peeler::test {
@@ -238,6 +241,112 @@ TEST(CameraWriters, TransformsMakeTheSameViewsToTheLastBit) {
     }
     writeCameras(again, next);
     EXPECT_TRUE(bytesOf(again) == bytesOf(path));
+}
+
+/// A lens, and the name of its model in COLMAP and in transforms.json; "" if there is none.
+struct WrittenLens {
+    Lens lens;
+    std::string colmap, transforms;
+};
+const WrittenLens kWrittenLenses[] = {
+    {{"opencv", {0.1, -0.02, 1e-3, -2e-3}}, "OPENCV", "OPENCV"},
+    {{"opencv", {0.1, -0.02, 1e-3, -2e-3, 0.03}}, "FULL_OPENCV", "OPENCV"},
+    {{"opencv", {0.1, 0.02, 1e-3, 0, 0.03, 0.2, 0, 1.0 / 300}}, "FULL_OPENCV", "FULL_OPENCV"},
+    {{"opencv", {0.1, 0.02, 1e-3, 0, 0, 0, 0, 0, 0.01, 0, 0, 0}}, "", ""},
+    {{"full-opencv", {0.1, 0.02, 0, 0, 0, 0, 0.1, 0}}, "FULL_OPENCV", "FULL_OPENCV"},
+    {{"simple-radial", {-0.05}}, "SIMPLE_RADIAL", "OPENCV"},
+    {{"radial", {-0.05, 0.01}}, "RADIAL", "OPENCV"},
+    {{"opencv-fisheye", {0.1, -0.02, 0.01, -0.001}}, "OPENCV_FISHEYE", "OPENCV_FISHEYE"},
+    {{"simple-fisheye", {}}, "SIMPLE_FISHEYE", "OPENCV_FISHEYE"},
+    {{"fisheye", {}}, "FISHEYE", "OPENCV_FISHEYE"},
+    {{"radial-fisheye", {0.1, 0.01}}, "RADIAL_FISHEYE", "OPENCV_FISHEYE"},
+    {{"thin-prism-fisheye", {0.1, 0, 1e-3, 2e-3, 0, 0, 0, 0}},
+     "THIN_PRISM_FISHEYE",
+     "OPENCV_FISHEYE"},
+    {{"thin-prism-fisheye", {0.1, 0, 1e-3, 2e-3, 0, 0, 1e-3, 0}}, "THIN_PRISM_FISHEYE", ""},
+    {{"rad-tan-thin-prism-fisheye", {0.1, 0, 0, 0, 0, 0, 1e-3, 0, 1e-3, 0, 0, 0}},
+     "RAD_TAN_THIN_PRISM_FISHEYE",
+     "FISHEYE624"},
+    {{"fov", {0.9}}, "FOV", ""},
+    {{"ftheta", {0, 0.004, 1e-7}}, "", "OPENCV"},
+    {{"ftheta-forward", {0, 300}}, "", ""},
+    {{"equirectangular", {}}, "EQUIRECTANGULAR", "EQUIRECTANGULAR"},
+};
+
+View viewOfLens(const Lens& lens) {
+    View view;
+    view.width = 640;
+    view.height = 320;
+    view.crop = {0, 0, 640, 320};
+    view.camera_to_world = knownPose();
+    const LensModel& model = lensModel(lens);
+    setLens(view, {lens, model.in_pixels ? Intrinsics{1, 1, 320, 160}
+                         : model.filling ? Intrinsics()
+                                         : Intrinsics{300, 300, 1000.0 / 3, 150}});
+    if (!model.filling) view.crop = {100, 50, 500, 300};
+    return view;
+}
+
+TEST(CameraWriters, LensesMakeTheSameRaysToTheLastBit) {
+    const ScratchDir scratch;
+    for (const auto& [lens, colmap, transforms] : kWrittenLenses) {
+        const View view = viewOfLens(lens);
+        const FileCamera camera = fileCamera(view, "a");
+        const auto check = [&](const std::string& path, const std::string& file,
+                               const std::string& model) {
+            const std::string which = lens.model + " in " + path;
+            if (model.empty()) {
+                try {
+                    writeCameras(scratch / path, {&camera, 1});
+                    ADD_FAILURE() << which;
+                } catch (const Error& error) {
+                    EXPECT_EQ(error.kind(), ErrorKind::kUsage);
+                    EXPECT_TRUE(contains(error.what(), lens.model)) << error.what();
+                }
+                return;
+            }
+            writeCameras(scratch / path, {&camera, 1});
+            if (!file.empty()) {
+                EXPECT_TRUE(contains(bytesOf(scratch / file), model)) << which;
+            }
+            const View read = viewOfCamera(readCameras(scratch / path, {.lenses = true}).at(0));
+            ASSERT_TRUE(read.rays) << which;
+            for (const glm::dvec2 at : {glm::dvec2(100.5, 60.5), {300, 200}, {499.5, 299.5}}) {
+                const Ray a = rayOf(view, at);
+                const Ray b = rayOf(read, at - glm::dvec2(view.crop.x0, view.crop.y0));
+                // The principal point of a crop may be rounded.
+                EXPECT_LT(glm::distance(a.direction, b.direction), 1e-14) << which;
+                EXPECT_NE(a.direction, glm::dvec3(0)) << which;
+            }
+            const FileCamera again = fileCamera(read, "a");
+            EXPECT_EQ(again.intrinsics, camera.intrinsics) << which;
+        };
+        check("t.json", "t.json", transforms.empty() ? "" : '"' + transforms + '"');
+        check("text/cameras.txt", "text/cameras.txt", colmap.empty() ? "" : ' ' + colmap + ' ');
+        check("binary", "", colmap);
+        check("scene_camera.json", "", "");
+    }
+}
+
+TEST(CameraWriters, CamerasThatHaveNoLensOfAFormatAreRefused) {
+    const ScratchDir scratch;
+    FileCamera camera = fileCamera(viewOfLens({"simple-radial", {0.1}}), "a");
+    camera.intrinsics->fy = 299;
+    EXPECT_THROW(writeCameras(scratch / "model", {&camera, 1}), Error);  // one focal length
+    writeCameras(scratch / "t.json", {&camera, 1});
+    View part = viewOfLens({"equirectangular"});
+    part.crop.x0 = 1;
+    EXPECT_THROW(fileCamera(part, "a"), Error);
+    View moving = viewOfLens({"fisheye"});
+    moving.rays = shutterPicture(moving.rays, {glm::dmat4(1), knownPose()}, moving.height);
+    EXPECT_THROW(fileCamera(moving, "a"), Error);
+    // Other lenses beside it keep their own.
+    const FileCamera all[] = {camera, knownCamera(), fileCamera(viewOfLens({"fisheye"}), "c")};
+    writeCameras(scratch / "t.json", all);
+    const std::vector<FileCamera> read = readCameras(scratch / "t.json", {.lenses = true});
+    EXPECT_EQ(read[0].lens->model, "opencv");
+    EXPECT_FALSE(read[1].lens);
+    EXPECT_EQ(read[2].lens->model, "opencv-fisheye");
 }
 
 TEST(CameraWriters, OtherViewsAreTheSameFromTheFirstFileOn) {

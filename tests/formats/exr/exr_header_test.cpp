@@ -11,6 +11,8 @@
 #include <numbers>
 
 #include <peeler/error.h>
+#include "core/lens/picture_rays.h"
+#include "core/scene/intrinsics.h"
 #include "formats/exr/exr_header.h"
 
 namespace peeler::test {
@@ -140,6 +142,67 @@ TEST(ExrHeader, CameraJsonRoundTripsToTheLastBit) {
     EXPECT_NO_THROW(viewFromJson(cameraJson(view)));
     EXPECT_THROW(viewFromJson("{}"), Error);
     EXPECT_THROW(viewFromJson("["), Error);
+}
+
+TEST(ExrHeader, ALensIsStoredToTheLastBit) {
+    Plan plan = makePlan(true, true);
+    setLens(plan.view, {{"opencv-fisheye", {0.1, -1.0 / 3, 0, 1e-17}}, {50, 51.0 / 7, 99.5, 49}});
+    plan.view.crop = {10, 20, 110, 70};
+    const Imf::Header header = exrHeader(plan, {}, plan.view.crop);
+    const auto text = [&](const char* name) {
+        const auto* found = header.findTypedAttribute<Imf::StringAttribute>(name);
+        return found ? found->value() : "";
+    };
+    EXPECT_EQ(text("peeler:lens"), "opencv-fisheye");
+    EXPECT_EQ(text("peeler:projection"), "lens");
+    EXPECT_EQ(text("peeler:depth"), "distance");
+    EXPECT_TRUE(Imf::hasWorldToCamera(header));
+    for (const char* of_pinholes : {"worldToNDC", "fieldOfViewHorizontal", "fieldOfViewVertical"})
+        EXPECT_EQ(header.find(of_pinholes), header.end()) << of_pinholes;
+    EXPECT_EQ(header.screenWindowWidth(), 1);
+    EXPECT_EQ(header.pixelAspectRatio(), 1);
+
+    const View back = viewFromJson(text("peeler:cameraJson"));
+    ASSERT_TRUE(back.rays);
+    EXPECT_EQ(back.rays->lens()->lens, plan.view.rays->lens()->lens);
+    EXPECT_EQ(back.rays->lens()->intrinsics, plan.view.rays->lens()->intrinsics);
+    EXPECT_EQ(back.crop, plan.view.crop);
+    EXPECT_EQ(worldPosition(back, 12.5, 30.5, 3), worldPosition(plan.view, 12.5, 30.5, 3));
+    EXPECT_EQ(cameraJson(back), cameraJson(plan.view));
+}
+
+TEST(ExrHeader, LensesThatDoNotExistAreRefused) {
+    Plan plan = makePlan(true, true);
+    setLens(plan.view, {{"equirectangular"}, {}});
+    const std::string json = cameraJson(plan.view);
+    EXPECT_NE(json.find("\"intrinsics\":null"), std::string::npos) << json;
+    EXPECT_EQ(cameraJson(viewFromJson(json)), json);
+    const auto refused = [&](const std::string& before, const std::string& after) {
+        std::string other = json;
+        other.replace(other.find(before), before.size(), after);
+        try {
+            viewFromJson(other);
+            FAIL() << other;
+        } catch (const Error& error) {
+            EXPECT_EQ(error.kind(), ErrorKind::kInput) << other;
+        }
+    };
+    refused("\"equirectangular\"", "\"eye\"");
+    refused("\"equirectangular\"", "\"cube\"");  // six squares do not fit 200 x 100 pixels
+    refused("\"equirectangular\"", "\"fisheye\"");
+    refused("\"coefficients\":[]", "\"coefficients\":[1]");
+}
+
+TEST(ExrHeader, AMovingCameraIsNoCamera) {
+    Plan plan = makePlan(true, true);
+    View& view = plan.view;
+    setLens(view, {{"fisheye"}, {50, 50, 99.5, 49.5}});
+    view.rays = shutterPicture(view.rays, {glm::dmat4(1), view.camera_to_world}, view.height);
+    const Imf::Header header = exrHeader(plan, {}, view.crop);
+    EXPECT_EQ(header.typedAttribute<Imf::StringAttribute>("peeler:projection").value(), "shutter");
+    EXPECT_EQ(header.typedAttribute<Imf::StringAttribute>("peeler:depth").value(), "distance");
+    for (const char* of_cameras : {"peeler:cameraJson", "peeler:lens", "worldToCamera", "near"})
+        EXPECT_EQ(header.find(of_cameras), header.end()) << of_cameras;
 }
 
 }  // namespace
