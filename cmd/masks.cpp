@@ -15,6 +15,7 @@
 #include "cmd/cli/errors.h"
 #include "cmd/cli/parse.h"
 #include "cmd/cli/report.h"
+#include "cmd/masks/lens_masks.h"
 #include "cmd/masks/mask_pictures.h"
 #include "cmd/masks/scene_objects.h"
 #include "cmd/options/appearance_options.h"
@@ -22,6 +23,7 @@
 #include "cmd/options/capture_job.h"
 #include "cmd/options/capture_options.h"
 #include "cmd/options/clip_options.h"
+#include "cmd/options/lens_options.h"
 #include "cmd/options/many_scenes.h"
 #include "cmd/options/output_checks.h"
 #include "cmd/options/output_options.h"
@@ -32,6 +34,7 @@
 #include "core/base/parallel.h"
 #include "core/base/stage_times.h"
 #include "core/image/object_masks.h"
+#include "core/lens/picture_rays.h"
 #include "formats/file/content_hash.h"
 #include "formats/file/json_text.h"
 #include "formats/masks/mask_folder.h"
@@ -42,6 +45,11 @@ namespace peeler::cmd {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// Returns a view's camera for the place of a message.
+std::string ofCamera(const View& view) {
+    return view.camera_name.empty() ? "" : ", camera " + view.camera_name;
+}
 
 struct MaskFormatRow {
     std::string_view name;
@@ -59,6 +67,7 @@ constexpr MaskFormatRow kMaskFormats[] = {
 struct MasksOptions : CaptureJobOptions {
     std::vector<fs::path> scenes;  ///< files, folders and globs
     CameraOptions camera;
+    LensOptions lens;  ///< of `camera`, and of views around the scene
     ViewListOptions views;
     SequenceOptions sequence;
     ClipOptions clip;
@@ -101,9 +110,11 @@ class Masks {
     void checkOptions();
     void checkOutput(const OpenedScene& scene) const;
     void open();
+    void checkLenses();
     void ofViews();
     void ofView(std::size_t view);
     PosedScene poseOf(std::size_t view) const;
+    HitSource& sourceFor(const View& seen, const PosedScene& posed);
     Plan capture(std::size_t view, const View& seen, const PosedScene& posed, ObjectMaskSink& sink,
                  int& passes);
     const ViewHashes& hashesOf(std::size_t view);
@@ -121,6 +132,7 @@ class Masks {
     CaptureSettings capture_;
     MaskPictures pictures_;
     const OpenedScene* scene_ = nullptr;  ///< owned by job_
+    HitSource* tracer_ = nullptr;         ///< of views with lenses; owned by job_
     std::vector<View> seen_;
     std::map<std::size_t, ViewHashes> hashes_;  ///< by view index; only of requested views
     SceneObjects objects_;
@@ -187,6 +199,7 @@ void Masks::open() {
     views_.place(*scene_);
     for (std::size_t view = 0; view < views_.size(); ++view)
         seen_.push_back(views_.view(*scene_, poseOf(view), view));
+    checkLenses();
     objects_ = objectsOf(job_.pose(), options_.objects);
     folder_.emplace(MaskFolderOptions{options_.output, options_.formats, options_.objects.text(),
                                       std::string("peeler ") + PEELER_VERSION},
@@ -194,6 +207,31 @@ void Masks::open() {
     folder_->checkViews(seen_);
     checkOutput(*scene_);
     reporter_.detail("found " + countText(objects_.objects.size(), "object"));
+}
+
+/// Throws Error (kUsage) if a view has a lens and an option needs GL. Warns of lines and points,
+/// which rays do not hit.
+void Masks::checkLenses() {
+    const auto lens =
+        std::ranges::find_if(seen_, [](const View& view) { return view.rays != nullptr; });
+    if (lens == seen_.end()) return;
+    if (options_.clip.volume.active() || !options_.clip.meshes.empty())
+        refuse("masks through a lens cannot be clipped",
+               "--clip-box, --clip-plane, --clip-mesh" + ofCamera(*lens), "leave them out");
+    if (options_.pictures.asked)
+        refuse("pictures cannot be taken through a lens", "--rgb" + ofCamera(*lens),
+               "leave it out; peeler rays --map base-color makes a picture without light");
+    const PosedScene posed = job_.pose();
+    const bool thin = std::ranges::any_of(posed.meshes(), [&](const MeshInstance& mesh) {
+        return std::ranges::any_of(posed.primitives(mesh), [](const Primitive& primitive) {
+            return primitive.topology < Topology::kTriangles;
+        });
+    });
+    if (!thin) return;
+    if (options_.scene.reading.strict)
+        throw Error(ErrorKind::kInput, "rays through a lens do not hit lines and points",
+                    options_.scene.file.string(), "leave --strict out, or the nodes (--exclude)");
+    reporter_.warning("Rays through a lens do not hit lines and points; masks lack them.");
 }
 
 PosedScene Masks::poseOf(std::size_t view) const {
@@ -206,6 +244,7 @@ void Masks::ofViews() {
         first_, end_, options_.sequence, results_, [this](std::size_t view) { ofView(view); },
         [this](std::size_t) {
             job_.discard();
+            tracer_ = nullptr;
             return options_.output;
         });
     progress_->update(1);
@@ -219,6 +258,7 @@ const Masks::ViewHashes& Masks::hashesOf(std::size_t view) {
     if (options_.see_through > 0) more["seeThrough"] = options_.see_through;
     if (options_.canvas > 1) more["canvas"] = options_.canvas;
     views_.addSettings(view, more);
+    if (seen_[view].rays) more["rays"] = seen_[view].rays->text();
     CaptureSettings capture = capture_;
     capture.clip = clipVolume(options_.clip, poseOf(view));
     hashes.settings = job_.settingsHash(capture, more, seen_[view].crop);
@@ -244,23 +284,35 @@ Provenance Masks::provenanceOf(std::size_t view) const {
     return provenance;
 }
 
+HitSource& Masks::sourceFor(const View& seen, const PosedScene& posed) {
+    if (seen.rays) {
+        if (!tracer_ || views_.placesObjects()) tracer_ = &job_.openTracer(posed);
+        return *tracer_;
+    }
+    if (!job_.renderer()) return job_.openRenderer(posed);
+    job_.renderer()->setPose(posed);
+    return *job_.renderer();
+}
+
 Plan Masks::capture(std::size_t view, const View& seen, const PosedScene& posed,
                     ObjectMaskSink& sink, int& passes) {
-    if (job_.renderer())
-        job_.renderer()->setPose(posed);
-    else
-        job_.openRenderer(posed);
-    GlRenderer& renderer = *job_.renderer();
+    HitSource& source = sourceFor(seen, posed);
     CaptureSettings settings = capture_;
     settings.clip = clipVolume(options_.clip, posed);
+    std::optional<TranslucentHits> hits;
+    if (seen.rays) {
+        settings.hit_mode = HitMode::kRefined;
+        if (options_.see_through > 0) hits.emplace(posed, seen, sink);
+    }
+    Sink& used = hits ? static_cast<Sink&>(*hits) : sink;
     const auto done = static_cast<double>(view - first_);
     const Progress progress = [&](double share) {
         progress_->update((done + 0.9 * share) / static_cast<double>(end_ - first_));
     };
-    CapturePlan plan = renderer.plan(seen, settings, progress);
-    sink.begin(plan);
-    passes = renderer.capture(plan, sink, progress).passes;
-    sink.finish();
+    CapturePlan plan = source.plan(seen, settings, progress);
+    used.begin(plan);
+    passes = source.capture(plan, used, progress).passes;
+    used.finish();
     return plan;
 }
 
@@ -487,8 +539,10 @@ VerbAction declareMasks(VerbOptions& verb) {
     addShownOptions(verb, *options);
     addVariantOption(verb, options->appearance);
     addNormalizeOption(verb, options->scene);
-    addCameraOptions(verb, options->camera, &options->scene.reading);
+    addCameraOptions(verb, options->camera, &options->scene.reading, true);
+    addLensOptions(verb, options->lens);
     addViewOptions(verb, options->views);
+    options->views.lenses = true;
     addSequenceOptions(verb, options->sequence);
     addAllLayersOptions(verb, options->capture);
     addClipOptions(verb, options->clip);
@@ -499,6 +553,7 @@ VerbAction declareMasks(VerbOptions& verb) {
             "COLMAP model, .npy, .npz or .jsonl");
     verb.footer(kMasksFooter);
     return [options, verb](Session& session) {
+        takeLens(options->lens, options->camera);
         checkMaskPictureOptions(verb, options->pictures);
         options->formats.rgb = options->pictures.asked;
         if (options->formats.rgb) chooseStudio(options->camera, *options);

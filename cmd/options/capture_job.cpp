@@ -211,7 +211,12 @@ HitSource& CaptureJob::openHits(const PosedScene& posed) {
         rasterizer_ = std::make_unique<HitRasterizer>(posed);
         pinholes = rasterizer_.get();
     }
-    traced_ = std::make_unique<TracedHits>(posed, *pinholes);
+    traced_ = std::make_unique<TracedHits>(posed, pinholes);
+    return *traced_;
+}
+
+HitSource& CaptureJob::openTracer(const PosedScene& posed) {
+    traced_ = std::make_unique<TracedHits>(posed);
     return *traced_;
 }
 

@@ -102,6 +102,8 @@ class CaptureJob {
     /// Chooses the CPU, for hits of views that all have View::rays. Throws Error (kUsage) if the
     /// options ask for GL.
     void traceOnCpu();
+    /// Opens a hit source that takes only views with View::rays. Needs no engine and no GL.
+    HitSource& openTracer(const PosedScene& posed);
     void releaseHits();
     /// Discards state that a failure may have corrupted, and the times of the failed work.
     void discard();

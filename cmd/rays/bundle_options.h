@@ -40,8 +40,9 @@ struct BundleOptions {
         return usesCamera() || axes || count || file || rays || !directions.empty();
     }
     bool usesCamera() const {
-        return views.asked() || shutter || lens.isGiven() || camera.camera || camera.buildsCamera() || camera.intrinsics ||
-               camera.near || camera.far || camera.crop;
+        return views.asked() || shutter || lens.isGiven() || camera.camera ||
+               camera.buildsCamera() || camera.intrinsics || camera.near || camera.far ||
+               camera.crop;
     }
     RayGrid grid() const;
 };
@@ -51,9 +52,9 @@ struct BundleOptions {
 void addBundleOptions(VerbOptions& verb, BundleOptions& options,
                       SceneReadOptions* reading = nullptr);
 
-/// Returns the bundle of a camera whose poses are in a file (shutterPicture()). Without options of a
-/// camera, the file's first camera has the size and the focal lengths. Throws Error (kUsage) if the
-/// file has fewer than two poses, and like readCameras().
+/// Returns the bundle of a camera whose poses are in a file (shutterPicture()). Without options of
+/// a camera, the file's first camera has the size and the focal lengths. Throws Error (kUsage) if
+/// the file has fewer than two poses, and like readCameras().
 Bundle shutterBundle(const BundleOptions& options, const PosedScene& posed,
                      const SceneExtent& extent, ReadWarnings& warnings);
 

@@ -115,8 +115,9 @@ void barycentric(const Band&, const Fragment& f, double* out) {
 
 void distance(const Band& band, const Fragment& f, double* out) {
     const View& view = band.sources.view;
-    *out = view.rays ? f.z
-                     : glm::distance(worldPosition(view, f.ray.at.x, f.ray.at.y, f.z), f.ray.origin);
+    *out = view.rays
+               ? f.z
+               : glm::distance(worldPosition(view, f.ray.at.x, f.ray.at.y, f.z), f.ray.origin);
 }
 
 /// The way to compute a channel from Z and the primitive. `evaluate` is null if a shader outputs

@@ -9,6 +9,8 @@
 
 #include <peeler/error.h>
 #include "core/base/stage_times.h"
+#include "core/lens/lens.h"
+#include "core/lens/picture_rays.h"
 #include "core/scene/camera_choice.h"
 
 namespace peeler {
@@ -237,7 +239,13 @@ View canvasOf(const View& view, int times, Window& picture) {
                         std::to_string(std::int64_t{height} * times) + " pixels is too large",
                     "", "make the picture or the canvas smaller");
     checkPixels({width * times, height * times});
+    if (view.rays && view.rays->lens() && lensModel(view.rays->lens()->lens).filling)
+        throw Error(
+            ErrorKind::kUsage,
+            "a picture of all directions has no surroundings: " + view.rays->lens()->lens.model, "",
+            "leave the canvas out");
     View canvas = view;
+    if (view.rays) canvas.rays = enlargedPicture(view.rays, around * glm::ivec2(width, height));
     // The display window grows equally on all sides, so that its centre stays on the optical axis.
     canvas.width += 2 * around * width;
     canvas.height += 2 * around * height;

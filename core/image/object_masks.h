@@ -140,7 +140,7 @@ class ObjectMaskSink final : public Sink {
 /// Returns a view whose crop is a canvas around the crop of `view`. The canvas has `times` (odd)
 /// times as many pixels in each direction. Pixels keep their size, and the original crop's pixels
 /// keep their rays. Sets `picture` to the window of the original crop in the canvas. Throws Error
-/// (kUsage) if the canvas is too large.
+/// (kUsage) if the canvas is too large, or if a lens fills the picture (LensModel::filling).
 View canvasOf(const View& view, int times, Window& picture);
 
 }  // namespace peeler

@@ -28,6 +28,11 @@ class LensPicture final : public PictureRays {
         const auto ray = rays_.ray(pixel);
         return {glm::dvec3(0), ray ? ray->direction : glm::dvec3(0)};
     }
+    RayDifferentials differentials(const glm::dvec2& pixel) const override {
+        const auto ray = rays_.ray(pixel);
+        if (!ray) return {};
+        return {{glm::dvec3(0), ray->per_x}, {glm::dvec3(0), ray->per_y}};
+    }
     const LensCamera* lens() const override { return &camera_; }
     std::string_view kind() const override { return "lens"; }
     std::string text() const override {
@@ -44,6 +49,28 @@ class LensPicture final : public PictureRays {
   private:
     LensCamera camera_;
     LensRays rays_;
+};
+
+class EnlargedPicture final : public PictureRays {
+  public:
+    EnlargedPicture(std::shared_ptr<const PictureRays> inner, const glm::ivec2& corner)
+        : inner_(std::move(inner)), corner_(corner) {}
+
+    Ray at(const glm::dvec2& pixel) const override { return inner_->at(pixel - corner_); }
+    RayDifferentials differentials(const glm::dvec2& pixel) const override {
+        return inner_->differentials(pixel - corner_);
+    }
+    bool oneEye() const override { return inner_->oneEye(); }
+    std::string text() const override {
+        std::string text = inner_->text() + "; corner";
+        append(corner_.x, text);
+        append(corner_.y, text);
+        return text;
+    }
+
+  private:
+    std::shared_ptr<const PictureRays> inner_;
+    glm::dvec2 corner_;
 };
 
 /// The rotation between two poses, as in animations of glTF (slerp), with portable functions.
@@ -83,6 +110,14 @@ class ShutterPicture final : public PictureRays {
         return {a + (b - a) * share + turn * still.origin,
                 length > 0 ? direction / length : glm::dvec3(0)};
     }
+    RayDifferentials differentials(const glm::dvec2& pixel) const override {
+        const auto along = [&](const glm::dvec2& step) {
+            const Ray before = at(pixel - step), after = at(pixel + step);
+            if (before.direction == glm::dvec3(0) || after.direction == glm::dvec3(0)) return Ray();
+            return Ray{after.origin - before.origin, after.direction - before.direction};
+        };
+        return {along({0.5, 0}), along({0, 0.5})};
+    }
     bool oneEye() const override { return false; }
     std::string_view kind() const override { return "shutter"; }
     std::string text() const override {
@@ -107,6 +142,15 @@ void PictureRays::fill(const Window& window, const glm::dvec2& sample, std::span
     for (int y = window.y0; y < window.y1; ++y)
         for (int x = window.x0; x < window.x1; ++x)
             rays[i++] = at(glm::dvec2(x, y) + sample);
+}
+
+RayDifferentials PictureRays::differentials(const glm::dvec2&) const {
+    return {};
+}
+
+std::shared_ptr<const PictureRays> enlargedPicture(std::shared_ptr<const PictureRays> inner,
+                                                   const glm::ivec2& corner) {
+    return std::make_shared<EnlargedPicture>(std::move(inner), corner);
 }
 
 std::shared_ptr<const PictureRays> lensPicture(const LensCamera& camera, const Size& size) {

@@ -21,6 +21,12 @@ struct Ray {
     glm::dvec3 origin{0}, direction{0};
 };
 
+/// The change of a ray from a pixel to the next, to the right and downwards (Igehy, "Tracing Ray
+/// Differentials", 1999). All 0 if the rays of neighbouring pixels are unrelated.
+struct RayDifferentials {
+    Ray per_x{}, per_y{};
+};
+
 /// A lens and its intrinsics, which are ignored if the lens fills the picture.
 struct LensCamera {
     Lens lens;
@@ -42,6 +48,9 @@ class PictureRays {
     /// Writes the rays through `sample` (0–1) within each pixel of a window, row by row.
     virtual void fill(const Window& window, const glm::dvec2& sample, std::span<Ray> rays) const;
 
+    /// Returns the derivatives of at(); by default all 0.
+    virtual RayDifferentials differentials(const glm::dvec2& pixel) const;
+
     /// Whether all rays begin at the camera's position, (0, 0, 0).
     virtual bool oneEye() const { return true; }
     /// Returns the lens of a camera that does not move during the picture; null for other rays.
@@ -54,6 +63,11 @@ class PictureRays {
 
 /// Returns the rays of a lens. Throws like LensRays::LensRays().
 std::shared_ptr<const PictureRays> lensPicture(const LensCamera& camera, const Size& size);
+
+/// Returns the rays of a picture, of which another one is a part. `corner`: position in the picture
+/// of the pixel (0, 0) of `inner`, which must also have rays outside.
+std::shared_ptr<const PictureRays> enlargedPicture(std::shared_ptr<const PictureRays> inner,
+                                                   const glm::ivec2& corner);
 
 /// Returns the rays of a camera that moves while the rows of its picture are exposed (rolling
 /// shutter). The first pose, camera to world, is that of the upper edge of the picture, the last

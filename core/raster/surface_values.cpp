@@ -12,6 +12,7 @@
 #include "core/fragments/surface_channels.h"
 #include "core/image/channels.h"
 #include "core/scene/elements.h"
+#include "core/scene/material.h"
 #include "core/scene/view.h"
 
 namespace peeler {
@@ -55,14 +56,18 @@ std::size_t texelIndex(const Image& image, int x, int y) {
                 static_cast<std::size_t>(x));
 }
 
-/// Samples a texture; read(x, y) returns the values of a texel.
+/// Returns the place in the image of a point of its UV set.
+glm::dvec2 placeIn(const TextureRef& texture, const glm::dvec2& uv) {
+    return glm::dvec2(glm::dmat3(texture.transform) * glm::dvec3(uv, 1));
+}
+
+/// Samples an image at a place; read(x, y) returns the values of a texel.
 template <class Read>
-auto sampled(const Image& image, const TextureRef& texture, const glm::dvec2& uv, Read&& read) {
-    const Sampler& sampler = texture.sampler;
-    const glm::dvec3 moved = glm::dmat3(texture.transform) * glm::dvec3(uv, 1);
-    glm::dvec2 at(moved.x * image.width, moved.y * image.height);
+auto sampled(const Image& image, const Sampler& sampler, const glm::dvec2& place, bool nearest,
+             Read&& read) {
+    glm::dvec2 at(place.x * image.width, place.y * image.height);
     if (!std::isfinite(at.x) || !std::isfinite(at.y)) at = glm::dvec2(0);
-    if (sampler.mag_filter == kNearest) {
+    if (nearest) {
         return read(wrapped(roundedDown(at.x), image.width, sampler.wrap_s),
                     wrapped(roundedDown(at.y), image.height, sampler.wrap_t));
     }
@@ -79,17 +84,24 @@ auto sampled(const Image& image, const TextureRef& texture, const glm::dvec2& uv
 
 }  // namespace
 
-glm::dvec4 texelAt(const Image& image, const TextureRef& texture, const glm::dvec2& uv, bool srgb) {
+glm::dvec4 texelIn(const Image& image, const Sampler& sampler, const glm::dvec2& at, bool nearest,
+                   bool srgb) {
     const auto &color = decoded(srgb), &linear = decoded(false);
-    return sampled(image, texture, uv, [&](int x, int y) {
+    return sampled(image, sampler, at, nearest, [&](int x, int y) {
         const std::uint8_t* const rgba = image.rgba.data() + texelIndex(image, x, y);
         return glm::dvec4(color[rgba[0]], color[rgba[1]], color[rgba[2]], linear[rgba[3]]);
     });
 }
 
+glm::dvec4 texelAt(const Image& image, const TextureRef& texture, const glm::dvec2& uv, bool srgb) {
+    return texelIn(image, texture.sampler, placeIn(texture, uv),
+                   texture.sampler.mag_filter == kNearest, srgb);
+}
+
 double alphaAt(const Image& image, const TextureRef& texture, const glm::dvec2& uv) {
     const auto& linear = decoded(false);
-    return sampled(image, texture, uv,
+    return sampled(image, texture.sampler, placeIn(texture, uv),
+                   texture.sampler.mag_filter == kNearest,
                    [&](int x, int y) { return linear[image.rgba[texelIndex(image, x, y) + 3]]; });
 }
 
@@ -133,6 +145,9 @@ struct SurfacePoint {
     glm::dvec3 direction;  // direction of the ray, not normalised
     glm::dvec3 facet;      // normal of the triangle, toward the ray; not normalised
     double side = 1;       // −1 if the ray hits the back
+    const TextureLevels* levels = nullptr;  // null: textures at their finest level
+    // The change of `weight` from a pixel to the next, to the right and downwards.
+    std::array<std::array<double, 3>, 2> weight_per{};
 
     template <class Value>
     auto mean(const std::vector<Value>& values) const {
@@ -151,8 +166,16 @@ struct SurfacePoint {
     /// Returns the texel at the hit; ones if there is no texture.
     glm::dvec4 textured(const TextureRef& texture, bool srgb) const {
         if (!texture) return glm::dvec4(1);
-        return texelAt(posed.scene().images[static_cast<std::size_t>(texture.image)], texture,
-                       texcoord(texture.texcoord), srgb);
+        const glm::dvec2 uv = texcoord(texture.texcoord);
+        if (levels) return levels->sample(texture, uv, footprint(texture.texcoord), srgb);
+        return texelAt(posed.scene().images[static_cast<std::size_t>(texture.image)], texture, uv,
+                       srgb);
+    }
+    TextureFootprint footprint(int set) const {
+        const auto& values = texcoords(set);
+        if (values.empty()) return {};
+        const auto& vertex = element.corners.vertex;
+        return {weighted(values, vertex, weight_per[0]), weighted(values, vertex, weight_per[1])};
     }
 };
 
@@ -229,14 +252,54 @@ void texcoords(const SurfacePoint& point, float* out) {
     out[1] = static_cast<float>(uv.y);
 }
 
-void baseColor(const SurfacePoint& point, float* out) {
+/// Returns the base colour with straight alpha.
+glm::dvec4 baseColorOf(const SurfacePoint& point) {
     const Material& material = point.material;
     glm::dvec4 color =
         glm::dvec4(material.base_color) * point.textured(material.base_color_texture, true);
     const auto& colors = point.posed.colors(point.geometry());
     if (!colors.empty()) color *= point.mean(colors);
+    return color;
+}
+
+void baseColor(const SurfacePoint& point, float* out) {
+    const glm::dvec4 color = baseColorOf(point);
     for (int i = 0; i < 3; ++i)
         out[i] = static_cast<float>(color[i]);
+}
+
+/// Multiplies the base colour by the volume's tint, and returns the transmitted fraction of light
+/// (passingLight() of shaders/transmission.glsl).
+double passingLight(const SurfacePoint& point, glm::dvec3& base) {
+    const Material& material = point.material;
+    const Transmission& glass = material.transmission;
+    if (glass.thickness > 0 && glass.attenuation_distance > 0) {
+        const glm::dmat3 to_world(point.element.instance->world);
+        const double thickness = double{glass.thickness} *
+                                 point.textured(glass.thickness_texture, false).g *
+                                 std::cbrt(std::abs(glm::determinant(to_world)));
+        const glm::dvec3 left = glm::max(glm::dvec3(glass.attenuation_color), 1e-6);
+        base *= glm::pow(left, glm::dvec3(thickness / double{glass.attenuation_distance}));
+    }
+    double metallic = 0;
+    if (!material.specular_glossiness)
+        metallic = double{material.metallic} *
+                   point.textured(material.metallic_roughness_texture, false).b;
+    const glm::dvec3 tint = glm::clamp(base, 0.0, 1.0);
+    const double share = double{glass.factor} * point.textured(glass.texture, false).r;
+    return std::clamp(share * (1 - metallic) * (tint.r + tint.g + tint.b) / 3, 0.0, 1.0);
+}
+
+/// Returns the premultiplied colour without light (fragmentColor() of shaders/shade.glsl).
+glm::vec4 unlitColor(const SurfacePoint& point) {
+    const Material& material = point.material;
+    const glm::dvec4 base = baseColorOf(point);
+    glm::dvec3 rgb(base);
+    const double alpha =
+        material.alpha_mode == AlphaMode::kBlend ? std::clamp(base.a, 0.0, 1.0) : 1;
+    const double left = isTransmissive(material) ? 1 - passingLight(point, rgb) : 1;
+    constexpr double kMostHalf = 65504;
+    return {glm::clamp(rgb * left * alpha, 0.0, kMostHalf), alpha * left};
 }
 
 void emissive(const SurfacePoint& point, float* out) {
@@ -278,6 +341,55 @@ EvaluateSurface evaluationOf(Channel channel) {
     return nullptr;
 }
 
+/// Returns the change of the barycentric weights from a pixel to the next: of the point where the
+/// ray meets the triangle's plane (Igehy 1999, §3.1.1).
+std::array<double, 3> weightChange(const WorldElement& element, const glm::dvec3& normal,
+                                   const Ray& ray, double t, const Ray& change) {
+    const glm::dvec3 moved = change.origin + t * change.direction;
+    const glm::dvec3 along =
+        moved - ray.direction * (glm::dot(moved, normal) / glm::dot(ray.direction, normal));
+    const double square = glm::dot(normal, normal);
+    const glm::dvec3 a = element.corner[1] - element.corner[0];
+    const glm::dvec3 b = element.corner[2] - element.corner[0];
+    const double second = glm::dot(glm::cross(along, b), normal) / square;
+    const double third = glm::dot(glm::cross(a, along), normal) / square;
+    if (!std::isfinite(second) || !std::isfinite(third)) return {};
+    return {-second - third, second, third};
+}
+
+/// Calls use(i, point) for each hit of a pixel's ray. `keys`: those of the hits.
+template <class Use>
+void forEachPoint(const PosedScene& posed, const View& view, const glm::ivec2& pixel,
+                  std::span<const std::uint32_t> keys, const TextureLevels* levels, Use&& use) {
+    if (keys.empty()) return;
+    const glm::dvec2 at = glm::dvec2(pixel) + view.sample;
+    const Ray ray = rayOf(view, at);
+    RayDifferentials change;
+    if (levels) change = differentialsOf(view, at);
+    for (std::size_t i = 0; i < keys.size(); ++i) {
+        WorldElement element = elementOf(posed, keys[i]);
+        placeCorners(posed, element);
+        const glm::dvec3 normal = element.normal();
+        const bool back = glm::dot(normal, ray.direction) > 0;
+        SurfacePoint point{
+            posed,
+            element,
+            posed.scene().materials[static_cast<std::size_t>(element.primitive->material)],
+            element.weightsAt(ray.origin, ray.direction),
+            ray.direction,
+            back ? -normal : normal,
+            back ? -1.0 : 1.0,
+            levels};
+        if (levels) {
+            const double t = glm::dot(element.weighted(point.weight) - ray.origin, ray.direction) /
+                             glm::dot(ray.direction, ray.direction);
+            point.weight_per = {weightChange(element, normal, ray, t, change.per_x),
+                                weightChange(element, normal, ray, t, change.per_y)};
+        }
+        use(i, point);
+    }
+}
+
 }  // namespace
 
 void checkSurfaceChannels(std::span<const Channel> channels) {
@@ -299,7 +411,7 @@ void checkHitSettings(const CaptureSettings& settings) {
 
 std::vector<float> surfaceValues(const PosedScene& posed, const View& view,
                                  const LayeredImage& band, std::span<const std::uint32_t> keys,
-                                 std::span<const Channel> channels) {
+                                 std::span<const Channel> channels, const TextureLevels* levels) {
     struct Column {
         EvaluateSurface evaluate;
         std::size_t first;
@@ -315,40 +427,28 @@ std::vector<float> surfaceValues(const PosedScene& posed, const View& view,
     const auto width = static_cast<std::size_t>(band.window.width());
     parallelFor(static_cast<std::size_t>(band.window.height()), [&](std::size_t row) {
         for (std::size_t x = 0; x < width; ++x) {
-            const std::size_t pixel = row * width + x;
-            if (band.count(pixel) == 0) continue;
-            const glm::dvec2 at = glm::dvec2(band.window.x0 + static_cast<double>(x),
-                                             band.window.y0 + static_cast<double>(row)) +
-                                  view.sample;
-            const auto [origin, direction] = rayOf(view, at);
-            for (std::uint32_t f = band.offsets[pixel]; f < band.offsets[pixel + 1]; ++f) {
-                WorldElement element = elementOf(posed, keys[f]);
-                placeCorners(posed, element);
-                const bool back = glm::dot(element.normal(), direction) > 0;
-                const SurfacePoint point{
-                    posed,
-                    element,
-                    posed.scene().materials[static_cast<std::size_t>(element.primitive->material)],
-                    element.weightsAt(origin, direction),
-                    direction,
-                    back ? -element.normal() : element.normal(),
-                    back ? -1.0 : 1.0};
-                for (const Column& column : columns)
-                    column.evaluate(point, values.data() + f * floats + column.first);
-            }
+            const std::size_t pixel = row * width + x, first = band.offsets[pixel];
+            const glm::ivec2 at(band.window.x0 + static_cast<int>(x),
+                                band.window.y0 + static_cast<int>(row));
+            forEachPoint(posed, view, at, keys.subspan(first, band.count(pixel)), levels,
+                         [&](std::size_t i, const SurfacePoint& point) {
+                             for (const Column& column : columns)
+                                 column.evaluate(
+                                     point, values.data() + (first + i) * floats + column.first);
+                         });
         }
     });
     return values;
 }
 
 void fillHitChannels(const PosedScene& posed, const View& view, std::span<const Channel> channels,
-                     PixelType color_type, LayeredImage& band) {
+                     PixelType color_type, LayeredImage& band, const TextureLevels* levels) {
     const std::span<const std::uint32_t> keys = band.extra.front().as<std::uint32_t>();
     FragmentSources sources{posed, view, nullptr, keys, {}, nullptr};
     std::vector<float> values;
     std::vector<std::uint32_t> places;
     if (shadedComponents(channels) > 0) {
-        values = surfaceValues(posed, view, band, keys, channels);
+        values = surfaceValues(posed, view, band, keys, channels, levels);
         places.resize(keys.size());
         std::iota(places.begin(), places.end(), 0U);
         sources.shaded = places;
@@ -357,6 +457,34 @@ void fillHitChannels(const PosedScene& posed, const View& view, std::span<const 
     const PixelType before = std::exchange(band.color.type, color_type);
     fillChannels(sources, channels, band, std::span(band.extra).subspan(1));
     band.color.type = before;
+}
+
+SurfaceColors::SurfaceColors(PosedScene posed)
+    : posed_(std::move(posed)), levels_(std::make_unique<TextureLevels>(posed_.scene())) {}
+
+void SurfaceColors::ofRay(const View& view, const glm::ivec2& pixel,
+                          std::span<const std::uint32_t> keys, std::span<glm::vec4> colors) const {
+    forEachPoint(posed_, view, pixel, keys, levels_.get(),
+                 [&](std::size_t i, const SurfacePoint& point) { colors[i] = unlitColor(point); });
+}
+
+void SurfaceColors::addTo(const View& view, LayeredImage& band) const {
+    const std::span<const std::uint32_t> keys = band.extra.front().as<std::uint32_t>();
+    FragmentArray& color = band.color;
+    color.type = PixelType::kFloat;
+    color.channels = colorNames(false);
+    color.data.resize(keys.size() * color.stride());
+    const std::span<glm::vec4> colors = color.as<glm::vec4>();
+    const auto width = static_cast<std::size_t>(band.window.width());
+    parallelFor(static_cast<std::size_t>(band.window.height()), [&](std::size_t row) {
+        for (std::size_t x = 0; x < width; ++x) {
+            const std::size_t pixel = row * width + x, first = band.offsets[pixel];
+            const std::size_t hits = band.count(pixel);
+            ofRay(view,
+                  {band.window.x0 + static_cast<int>(x), band.window.y0 + static_cast<int>(row)},
+                  keys.subspan(first, hits), colors.subspan(first, hits));
+        }
+    });
 }
 
 }  // namespace peeler

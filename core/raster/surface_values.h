@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Surface attributes without GL: interpolated vertex attributes, and textures at their finest
-// level.
+// Surface attributes without GL: interpolated vertex attributes, and textures, at their finest
+// level or filtered.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -14,6 +15,7 @@
 #include <peeler/channels.h>
 #include <peeler/layered_image.h>
 #include <peeler/view.h>
+#include "core/raster/texture_levels.h"
 #include "core/scene/posed_scene.h"
 
 namespace peeler {
@@ -43,6 +45,11 @@ double alphaAt(const Image& image, const TextureRef& texture, const glm::dvec2& 
 Window texelsAround(const Image& image, const TextureRef& texture,
                     std::span<const glm::dvec2> corners);
 
+/// Samples an image with the sampler's wrap modes, to the nearest texel or bilinearly. `at`: (0, 0)
+/// is the image's upper left corner, (1, 1) its lower right one.
+glm::dvec4 texelIn(const Image& image, const Sampler& sampler, const glm::dvec2& at, bool nearest,
+                   bool srgb);
+
 /// Throws Error (kUsage) if surfaceValues() does not support one of the channels. Only the tangent
 /// is not supported; bundles never request it.
 void checkSurfaceChannels(std::span<const Channel> channels);
@@ -55,14 +62,37 @@ void checkHitSettings(const CaptureSettings& settings);
 /// Returns the values of the channels (core/image/channels.h) for every hit of a band, as shaders
 /// would compute them. Records are laid out like FragmentSources::values: shadedComponents() floats
 /// per hit. `keys` has one entry per hit. Rows run in parallel; the result does not depend on their
-/// order.
+/// order. `levels`: mipmaps, with which textures are filtered over the footprints of pixels; null
+/// for textures at their finest level.
 std::vector<float> surfaceValues(const PosedScene& posed, const View& view,
                                  const LayeredImage& band, std::span<const std::uint32_t> keys,
-                                 std::span<const Channel> channels);
+                                 std::span<const Channel> channels,
+                                 const TextureLevels* levels = nullptr);
 
 /// Fills the channels of a band of hits, which are the arrays behind that of the keys, extra[0].
-/// `color_type` is the type of channels like colours.
+/// `color_type` is the type of channels like colours. `levels` is as for surfaceValues().
 void fillHitChannels(const PosedScene& posed, const View& view, std::span<const Channel> channels,
-                     PixelType color_type, LayeredImage& band);
+                     PixelType color_type, LayeredImage& band,
+                     const TextureLevels* levels = nullptr);
+
+/// The colours of hits without light: base colour and opacity, with filtered textures, as
+/// Shading::kUnlit shades them (shaders/shade.glsl). The opacity of glass is a single alpha
+/// (shaders/transmission.glsl).
+class SurfaceColors {
+  public:
+    explicit SurfaceColors(PosedScene posed);
+
+    /// Writes the colours of a ray's hits: linear Rec. 709, premultiplied. Thread-safe.
+    void ofRay(const View& view, const glm::ivec2& pixel, std::span<const std::uint32_t> keys,
+               std::span<glm::vec4> colors) const;
+    /// Sets the colours of a band of hits, LayeredImage::color, in parallel.
+    void addTo(const View& view, LayeredImage& band) const;
+
+    std::uint64_t mostBytes() const { return levels_->mostBytes(); }
+
+  private:
+    PosedScene posed_;
+    std::unique_ptr<TextureLevels> levels_;
+};
 
 }  // namespace peeler

@@ -2,6 +2,7 @@
 #include "core/rays/ray_maps.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <set>
@@ -24,6 +25,7 @@ struct MappedRay {
 
 namespace {
 
+constexpr std::array kBaseColorNames = {"R", "G", "B", "A"};
 constexpr float kNowhere = std::numeric_limits<float>::infinity();
 
 float sum(std::span<const RayInterval> intervals) {
@@ -97,6 +99,16 @@ void overlap(const MappedRay& ray, float* out) {
     *out = common(scratch.inside, scratch.other);
 }
 
+void baseColor(const MappedRay& ray, float* out) {
+    std::fill_n(out, kBaseColorNames.size(), 0.0F);
+    for (const glm::vec4& color : ray.scratch.colors) {
+        const float passing = 1 - out[3];
+        if (passing <= 0) break;
+        for (int i = 0; i < 4; ++i)
+            out[i] += passing * color[i];
+    }
+}
+
 constexpr RayMapInfo kMaps[] = {
     {RayMap::kFirst, "first", "t of the first hit", PixelType::kFloat, first},
     {RayMap::kLast, "last", "t of the last hit", PixelType::kFloat, last},
@@ -113,6 +125,10 @@ constexpr RayMapInfo kMaps[] = {
      parity, true},
     {RayMap::kOverlap, "overlap", "length inside both parts", PixelType::kFloat, overlap, true,
      true},
+    {RayMap::kBaseColor, "base-color",
+     "picture without light: base colours of all hits, composited; R, G, B, A, linear, "
+     "premultiplied",
+     PixelType::kFloat, baseColor},
 };
 
 /// Returns the name in a form that is valid in an EXR channel name. Replaces control characters,
@@ -159,6 +175,7 @@ RayMaps::RayMaps(const PosedScene& posed, const Solids* solids, RayMapSettings s
         part.resize(scene.nodes.size());
     for (const RayMap map : settings_.maps) {
         needs_spans_ |= infoOf(map).solids;
+        if (map == RayMap::kBaseColor) surface_colors_.emplace(posed);
         needs_paths_ |= map == RayMap::kPathLength || map == RayMap::kTransmission;
     }
     if (needs_spans_ && solids_ == nullptr) {
@@ -172,6 +189,11 @@ RayMaps::RayMaps(const PosedScene& posed, const Solids* solids, RayMapSettings s
     const std::vector<std::string> names = idNames(scene).materials;
     std::set<std::string> taken;
     for (const RayMap map : settings_.maps) {
+        if (map == RayMap::kBaseColor) {
+            for (const char* const name : kBaseColorNames)
+                channels_.push_back({map, name});
+            continue;
+        }
         if (map != RayMap::kPathLength) {
             channels_.push_back({map, std::string(infoOf(map).name)});
             continue;
@@ -223,7 +245,9 @@ void RayMaps::evaluate(std::span<const float> t, std::span<const std::uint32_t> 
     std::size_t channel = 0;
     for (const RayMap map : settings_.maps) {
         infoOf(map).evaluate(ray, out.data() + channel);
-        channel += map == RayMap::kPathLength ? path_materials_.size() : 1;
+        channel += map == RayMap::kPathLength  ? path_materials_.size()
+                   : map == RayMap::kBaseColor ? kBaseColorNames.size()
+                                               : 1;
     }
 }
 
@@ -238,6 +262,7 @@ void RayMaps::evaluateRows(const Bundle& bundle, const LayeredImage& band, int y
         scratch_.with([&](RayMapScratch& scratch) {
             scratch.values.resize(channels_.size());
             scratch.nothing.resize(channels_.size());
+            scratch.colors.clear();
             evaluate({}, {}, scratch, scratch.nothing);
             const int y = y0 + static_cast<int>(row);
             for (std::size_t i = 0; i < width; ++i) {
@@ -252,6 +277,11 @@ void RayMaps::evaluateRows(const Bundle& bundle, const LayeredImage& band, int y
                     const Ray ray = each_ray
                                         ? rayOf(bundle.view, glm::dvec2(x, y) + bundle.view.sample)
                                         : Ray();
+                    if (surface_colors_) {
+                        scratch.colors.resize(hits);
+                        surface_colors_->ofRay(bundle.view, {x, y}, keys.subspan(begin, hits),
+                                               scratch.colors);
+                    }
                     evaluate(scratch.t, keys.subspan(begin, hits), scratch, scratch.values, &ray);
                 }
                 const std::vector<float>& values = hits > 0 ? scratch.values : scratch.nothing;

@@ -13,6 +13,7 @@
 #include <peeler/bundle.h>
 #include <peeler/layered_image.h>
 #include "core/base/parallel.h"
+#include "core/raster/surface_values.h"
 #include "core/rays/solids.h"
 
 namespace peeler {
@@ -26,7 +27,8 @@ enum class RayMap : std::uint8_t {
     kPathLength,
     kTransmission,
     kParity,
-    kOverlap
+    kOverlap,
+    kBaseColor
 };
 
 /// A ray with all inputs of the maps. Defined in ray_maps.cpp.
@@ -35,11 +37,12 @@ struct MappedRay;
 /// A row of the table of maps.
 struct RayMapInfo {
     RayMap map;
-    /// Name in options. Also the channel's name, except for kPathLength.
+    /// Name in options. Also the channel's name, except for kPathLength and kBaseColor.
     std::string_view name;
     std::string_view summary;
     PixelType type;  ///< kFloat or kUint
-    /// Writes the map's value for a ray; for kPathLength, one value per material.
+    /// Writes the map's value for a ray; for kPathLength, one value per material, for kBaseColor R,
+    /// G, B and A.
     void (*evaluate)(const MappedRay& ray, float* out);
     bool solids = false;  ///< whether the map needs to know how solids are nested
     /// Whether the value is a length. The sum of lengths over parallel rays gives a volume.
@@ -76,7 +79,8 @@ struct RayMapScratch {
     std::vector<float> t;
     std::vector<RayInterval> inside, other;
     std::vector<SolidSpan> open;
-    std::vector<double> paths;  ///< path length of each path channel
+    std::vector<double> paths;      ///< path length of each path channel
+    std::vector<glm::vec4> colors;  ///< of the ray's hits, for kBaseColor (SurfaceColors)
     std::vector<float> values;
     std::vector<float> nothing;  ///< values of a ray without hits
 };
@@ -92,19 +96,20 @@ class RayMaps {
     RayMaps(const PosedScene& posed, const Solids* solids, RayMapSettings settings);
 
     /// Returns the channels in the order of the settings. kPathLength has a channel for each
-    /// material on a solid of the scene. Names are unique.
+    /// material on a solid of the scene, kBaseColor has R, G, B and A. Names are unique.
     const std::vector<RayMapChannel>& channels() const { return channels_; }
 
     /// Begins a bundle, to which all rays belong until the next call. Before the first call, parity
     /// decides the inside of solids.
     void begin(const Bundle& bundle);
-    /// Returns the bytes that begin() takes.
-    std::uint64_t sidesBytes() const {
-        return needs_spans_ ? solids_->sidesBytes(settings_.overlap) : 0;
+    /// Returns the bytes that begin() and textures take.
+    std::uint64_t mostBytes() const {
+        return (needs_spans_ ? solids_->sidesBytes(settings_.overlap) : 0) +
+               (surface_colors_ ? surface_colors_->mostBytes() : 0);
     }
 
     /// Writes one value per channel to `out`. `t`, `keys` and `along` are as for
-    /// SolidSpans::find().
+    /// SolidSpans::find(); kBaseColor uses scratch.colors.
     void evaluate(std::span<const float> t, std::span<const std::uint32_t> keys,
                   RayMapScratch& scratch, std::span<float> out, const Ray* along = nullptr) const;
 
@@ -119,9 +124,10 @@ class RayMaps {
     const Solids* solids_;
     RayMapSettings settings_;
     std::vector<RayMapChannel> channels_;
-    std::vector<std::size_t> path_materials_;  ///< index into Scene::materials, by path channel
-    std::vector<std::size_t> path_of_;         ///< path channel, by index into Scene::materials
-    std::optional<TriangleSides> sides_;       ///< of the current bundle
+    std::vector<std::size_t> path_materials_;      ///< index into Scene::materials, by path channel
+    std::vector<std::size_t> path_of_;             ///< path channel, by index into Scene::materials
+    std::optional<TriangleSides> sides_;           ///< of the current bundle
+    std::optional<SurfaceColors> surface_colors_;  ///< for kBaseColor
     bool needs_spans_ = false, needs_paths_ = false;
     mutable ObjectPool<RayMapScratch> scratch_;
 };

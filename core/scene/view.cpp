@@ -115,6 +115,23 @@ Ray rayOf(const View& view, const glm::dvec2& pixel) {
             glm::dmat3(view.camera_to_world) * ray.direction};
 }
 
+RayDifferentials differentialsOf(const View& view, const glm::dvec2& pixel) {
+    if (view.rays) {
+        const glm::dmat3 turn(view.camera_to_world);
+        auto [per_x, per_y] = view.rays->differentials(pixel);
+        for (Ray* const change : {&per_x, &per_y})
+            *change = {turn * change->origin, turn * change->direction};
+        return {per_x, per_y};
+    }
+    // The rays of pinholes and parallel rays are linear in the pixel coordinates.
+    const Ray here = rayOf(view, pixel);
+    const auto along = [&](const glm::dvec2& step) {
+        const Ray next = rayOf(view, pixel + step);
+        return Ray{next.origin - here.origin, next.direction - here.direction};
+    };
+    return {along({1, 0}), along({0, 1})};
+}
+
 double distanceFromRigid(const glm::dmat4& matrix) {
     const glm::dmat3 turn(matrix);
     const glm::dmat3 square = glm::transpose(turn) * turn;

@@ -20,6 +20,9 @@ inline const LensCamera* lensCameraOf(const View& view) {
     return view.rays ? view.rays->lens() : nullptr;
 }
 
+/// Returns the derivatives of rayOf(), in world space.
+RayDifferentials differentialsOf(const View& view, const glm::dvec2& pixel);
+
 /// Returns a matrix's distance from a rigid transform: the largest deviation of the determinant
 /// from 1, of the squared lengths of the axes from 1, or of the dot products of the axes from 0.
 /// NaN or infinite if the matrix is NaN or infinite.

@@ -117,9 +117,13 @@ std::vector<Ray> raysOf(const View& view, const Window& window,
 }  // namespace
 
 struct TracedHits::State {
-    State(PosedScene in_pose, HitSource& other_views)
-        : posed(std::move(in_pose)), others(other_views) {}
+    State(PosedScene in_pose, HitSource* other_views)
+        : posed(std::move(in_pose)), others(other_views), levels(posed.scene()) {}
 
+    HitSource& elsewhere() const {
+        if (others) return *others;
+        throw Error(ErrorKind::kInternal, "the rays of this view are not of a lens");
+    }
     void build(const MemoryBudget& memory);
     TracedRows trace(const TracedPlan& plan, const Window& window);
     std::uint64_t mostKept(const Window& crop, const CaptureSettings& settings) const;
@@ -128,7 +132,8 @@ struct TracedHits::State {
     void captureBand(const TracedPlan& plan, const Window& band);
 
     PosedScene posed;
-    HitSource& others;
+    HitSource* others;     ///< may be null
+    TextureLevels levels;  ///< of posed.scene()
     std::unique_ptr<RayTracer> tracer;
     StageTimes times;
     std::shared_ptr<std::atomic<std::uint64_t>> kept_bytes =
@@ -137,7 +142,7 @@ struct TracedHits::State {
     LayeredImage image;
 };
 
-TracedHits::TracedHits(PosedScene posed, HitSource& others)
+TracedHits::TracedHits(PosedScene posed, HitSource* others)
     : state_(std::make_unique<State>(std::move(posed), others)) {}
 
 TracedHits::~TracedHits() = default;
@@ -147,12 +152,12 @@ const PosedScene& TracedHits::posed() const {
 }
 
 bool TracedHits::prefersLines() const {
-    return state_->others.prefersLines();
+    return state_->others && state_->others->prefersLines();
 }
 
 StageTimes TracedHits::takeTimes() {
     StageTimes times = std::exchange(state_->times, {});
-    add(times, state_->others.takeTimes());
+    if (state_->others) add(times, state_->others->takeTimes());
     return times;
 }
 
@@ -230,7 +235,7 @@ void TracedHits::State::keep(TracedPlan& plan, TracedRows&& rows, std::uint64_t 
 CapturePlan TracedHits::plan(const View& view, const CaptureSettings& settings,
                              const Progress& progress) {
     State& s = *state_;
-    if (!view.rays) return s.others.plan(view, settings, progress);
+    if (!view.rays) return s.elsewhere().plan(view, settings, progress);
     checkHitSettings(settings);
     if (settings.hit_mode == HitMode::kSloped)
         throw Error(ErrorKind::kInternal, "rays of a lens have no depth slopes");
@@ -275,8 +280,10 @@ BandCosts TracedHits::State::costs(const TracedPlan& traced, const Plan& plan,
         sinkUse(sink, plan, hit, [&](int rows) { return traced.complexity.mostFragments(rows); });
     costs.use.pixel += sizeof(std::uint32_t);
     costs.use.fragment += hit;
-    if (const std::size_t floats = shadedComponents(settings.channels); floats > 0)
+    if (const std::size_t floats = shadedComponents(settings.channels); floats > 0) {
         costs.use.fragment += floats * sizeof(float) + sizeof(std::uint32_t);
+        costs.use.fixed += levels.mostBytes();
+    }
     costs.band_bytes =
         std::max(std::min(settings.band_bytes, kTracedBandBytes), 4 * width * costs.use.pixel);
     const bool all_kept = !traced.kept.empty() && traced.kept.back().window.y1 == plan.view.crop.y1;
@@ -335,7 +342,7 @@ void TracedHits::State::captureBand(const TracedPlan& plan, const Window& band) 
     }
     image.offsets.back() = stored;
     if (!settings.channels.empty())
-        fillHitChannels(posed, plan.view, settings.channels, settings.color_type, image);
+        fillHitChannels(posed, plan.view, settings.channels, settings.color_type, image, &levels);
 }
 
 namespace {
@@ -354,7 +361,7 @@ BandLimits bandLimitsOf(const TracedPlan& plan, const BandCosts& costs) {
 std::uint64_t TracedHits::forecastMemory(const CapturePlan& planned, const Sink& sink) {
     State& s = *state_;
     const auto plan = tracedPlan(planned);
-    if (!plan) return s.others.forecastMemory(planned, sink);
+    if (!plan) return s.elsewhere().forecastMemory(planned, sink);
     const BandCosts costs = s.costs(*plan, planned, sink);
     const auto row_hits = [&](int y) { return plan->complexity.rowFragments(y); };
     const auto bands = cutBands(plan->view.crop, bandLimitsOf(*plan, costs), row_hits);
@@ -365,7 +372,7 @@ CaptureReport TracedHits::capture(const CapturePlan& planned, Sink& sink,
                                   const Progress& progress) {
     State& s = *state_;
     const auto plan = tracedPlan(planned);
-    if (!plan) return s.others.capture(planned, sink, progress);
+    if (!plan) return s.elsewhere().capture(planned, sink, progress);
     const BandLimits limits = bandLimitsOf(*plan, s.costs(*plan, planned, sink));
     const Window& crop = plan->view.crop;
     const auto bands =

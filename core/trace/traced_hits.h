@@ -13,15 +13,17 @@ namespace peeler {
 /// affect the hits.
 class TracedHits final : public HitSource {
   public:
-    /// `others` must outlive this source. The first view with View::rays builds the RayTracer.
-    TracedHits(PosedScene posed, HitSource& others);
+    /// `others` must outlive this source; without it, this source takes only views with View::rays.
+    /// The first of them builds the RayTracer.
+    explicit TracedHits(PosedScene posed, HitSource* others = nullptr);
     ~TracedHits() override;
     TracedHits(const TracedHits&) = delete;
     TracedHits& operator=(const TracedHits&) = delete;
 
     /// Finds all hits, and keeps those of the first rows up to a part of the memory budget, so that
     /// capture() need not find them again. Throws like RayTracer::RayTracer(), and Error (kMemory)
-    /// if the budget is too small for it. Throws Error (kInternal) for HitMode::kSloped.
+    /// if the budget is too small for it. Throws Error (kInternal) for HitMode::kSloped. Textures
+    /// are filtered over the footprints of pixels.
     CapturePlan plan(const View& view, const CaptureSettings& settings,
                      const Progress& progress = {}) override;
     CaptureReport capture(const CapturePlan& plan, Sink& sink,

@@ -85,6 +85,9 @@ void MaskFolder::checkViews(std::span<const View> views) const {
         if (!view.projection.perspective)
             throw Error(ErrorKind::kUsage, "BOP has no orthographic cameras", view.camera_name,
                         "choose a perspective camera, or give " + Parameter::kAs + " coco,ids");
+        if (view.rays)
+            throw Error(ErrorKind::kUsage, "BOP's cam_K describes no lens", view.camera_name,
+                        "give " + Parameter::kAs + " coco,ids");
         const Window &crop = view.crop, &first = views.front().crop;
         if (crop.width() != first.width() || crop.height() != first.height())
             throw Error(

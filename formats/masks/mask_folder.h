@@ -61,7 +61,8 @@ class MaskFolder {
     /// Throws Error (kUsage) if pictures of ids are requested and an object's number exceeds 65535.
     MaskFolder(MaskFolderOptions options, std::vector<MaskedObject> objects);
 
-    /// Throws Error (kUsage) if BOP is requested, and the views are orthographic or differ in size.
+    /// Throws Error (kUsage) if BOP is requested, and views are orthographic, have a lens or
+    /// differ in size.
     void checkViews(std::span<const View> views) const;
     /// Whether write() or writeShared() may write or remove this file.
     bool owns(const std::filesystem::path& file) const;

@@ -157,8 +157,8 @@ class Beams final : public RaySource {
 class RayList final : public PictureRays {
   public:
     RayList(std::shared_ptr<RayArrays> arrays, std::shared_ptr<const RaySource> source,
-            std::uint64_t first, int width)
-        : arrays_(std::move(arrays)), source_(std::move(source)), first_(first), width_(width) {}
+            std::uint64_t first, const Size& size)
+        : arrays_(std::move(arrays)), source_(std::move(source)), first_(first), size_(size) {}
 
     Ray at(const glm::dvec2& pixel) const override {
         return rayAt(static_cast<int>(pixel.x), static_cast<int>(pixel.y));
@@ -169,6 +169,22 @@ class RayList final : public PictureRays {
             for (int x = window.x0; x < window.x1; ++x)
                 rays[i++] = rayAt(x, y);
     }
+    /// The rays of a list (n) are unrelated; those of a picture (h, w) differ as its pixels do.
+    RayDifferentials differentials(const glm::dvec2& pixel) const override {
+        if (size_.width == 1) return {};
+        const glm::ivec2 at(pixel);
+        const auto along = [&](int axis, int size) {
+            glm::ivec2 before = at, after = at;
+            before[axis] = std::max(at[axis] - 1, 0);
+            after[axis] = std::min(at[axis] + 1, size - 1);
+            const Ray a = rayAt(before.x, before.y), b = rayAt(after.x, after.y);
+            const double pixels = after[axis] - before[axis];
+            if (pixels == 0 || a.direction == glm::dvec3(0) || b.direction == glm::dvec3(0))
+                return Ray();
+            return Ray{(b.origin - a.origin) / pixels, (b.direction - a.direction) / pixels};
+        };
+        return {along(0, size_.width), along(1, size_.height)};
+    }
     bool oneEye() const override { return false; }
     std::string text() const override {
         return "list " + arrays_->hash() + " " + std::to_string(first_);
@@ -176,9 +192,9 @@ class RayList final : public PictureRays {
 
   private:
     Ray rayAt(int x, int y) const {
-        Ray ray = source_->ray(first_ +
-                               static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(width_) +
-                               static_cast<std::uint64_t>(x));
+        Ray ray = source_->ray(
+            first_ + static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(size_.width) +
+            static_cast<std::uint64_t>(x));
         // Scales first, so that the square neither overflows nor vanishes.
         const glm::dvec3 size = glm::abs(ray.direction);
         const double most = std::max({size.x, size.y, size.z});
@@ -192,7 +208,7 @@ class RayList final : public PictureRays {
     std::shared_ptr<RayArrays> arrays_;  ///< whose bytes the source uses
     std::shared_ptr<const RaySource> source_;
     std::uint64_t first_;
-    int width_;
+    Size size_;
 };
 
 /// The rays of a file, and the shape of their picture.
@@ -222,8 +238,7 @@ ReadRays readBeams(RayArrays& arrays) {
         arrays.refuse("`poses` has the shape " + shapeText(poses->shape) + ", not (4, 4) or " +
                       shapeText({columns, 4, 4}));
     if (angles) return {std::make_shared<Beams>(*angles, poses), {columns}};
-    return {std::make_shared<Beams>(*elevations, *azimuths, poses),
-            {elevations->count(), columns}};
+    return {std::make_shared<Beams>(*elevations, *azimuths, poses), {elevations->count(), columns}};
 }
 
 ReadRays raysIn(RayArrays& arrays) {
@@ -267,7 +282,8 @@ std::vector<Bundle> readRays(const std::filesystem::path& path) {
         view.height = static_cast<int>(count / width);
         view.crop = {0, 0, view.width, view.height};
         view.known = false;
-        view.rays = std::make_shared<RayList>(arrays, read.source, first, view.width);
+        view.rays =
+            std::make_shared<RayList>(arrays, read.source, first, Size{view.width, view.height});
         first += count;
         left -= count;
     }

@@ -231,7 +231,7 @@ void RayMapOutput::take(std::size_t bundle, const LayeredImage& band) {
 }
 
 SinkMemory RayMapOutput::memory(const Bundle&) const {
-    return {.bytes = maps_.sidesBytes(), .pixel_bytes = maps_.channels().size() * sizeof(float)};
+    return {.bytes = maps_.mostBytes(), .pixel_bytes = maps_.channels().size() * sizeof(float)};
 }
 
 RayResults RayMapOutput::results() const {

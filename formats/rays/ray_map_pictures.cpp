@@ -54,7 +54,9 @@ class RayMapPictures : public RayMapOutput {
           given_(options.range),
           legend_(options.legend),
           unit_(options.unit) {
-        if (maps().channels().size() != 1) {
+        map_ = options.settings.maps.front();
+        const bool colors = map_ == RayMap::kBaseColor && options.settings.maps.size() == 1;
+        if (maps().channels().size() != 1 && !colors) {
             throw Error(
                 ErrorKind::kUsage,
                 options.settings.maps.size() == 1
@@ -66,6 +68,13 @@ class RayMapPictures : public RayMapOutput {
         }
         output_.provenance = options.provenance;
         map_ = maps().channels().front().map;
+        if (colors) {
+            if (given_)
+                throw Error(ErrorKind::kUsage, "base colours have no range", Parameter::kRange,
+                            "leave it out");
+            given_ = {0, 1};
+            legend_ = false;
+        }
         if (!given_ && map_ == RayMap::kTransmission) given_ = {0, 1};
     }
 
@@ -110,7 +119,9 @@ class RayMapPictures : public RayMapOutput {
         if (!given_) values_.reserve(bundles()[bundle].rays());
     }
     void writeRows(const Window& rows, std::span<const float> planes) override {
-        if (given_) {
+        if (map_ == RayMap::kBaseColor) {
+            paintColors(rows, planes);
+        } else if (given_) {
             paint(rows, planes, *given_);
         } else {
             values_.insert(values_.end(), planes.begin(), planes.end());
@@ -191,6 +202,15 @@ class RayMapPictures : public RayMapOutput {
             const std::size_t first = static_cast<std::size_t>(y - crop.y0) * width;
             paint(rows, std::span(values_).subspan(first, rows.pixels()), range);
         }
+    }
+
+    void paintColors(const Window& rows, std::span<const float> planes) {
+        const std::span<float> out = onePerPixel(rows, colors_);
+        const std::size_t pixels = rows.pixels();
+        for (std::size_t i = 0; i < pixels; ++i)
+            for (std::size_t c = 0; c < 4; ++c)
+                out[4 * i + c] = planes[c * pixels + i];
+        picture_->write(std::move(colors_));
     }
 
     void paint(const Window& rows, std::span<const float> values, const ValueRange& range) {

@@ -35,7 +35,7 @@ void expectAgreement(const std::string& name, const Scene& scene, int directions
         EXPECT_EQ(source.gridBits(), 16);
     }
     agreement.print(name);
-    peeler::TracedHits traced(posed, source);
+    peeler::TracedHits traced(posed, &source);
     HitAgreement lenses;
     for (const View& view : oracle.lensViews(resolution / 2))
         lenses.add(oracle.compare(traced, view));
@@ -118,7 +118,7 @@ Parity parityOf(const PosedScene& posed, const Solids& solids, int directions, i
         parity.solids += solid.closed() ? 1 : 0;
     if (parity.solids == 0) return parity;
     HitRasterizer rasterizer(posed);
-    peeler::TracedHits source(posed, rasterizer);
+    peeler::TracedHits source(posed, &rasterizer);
     const Bounds box = posed.bounds().value();
     std::vector<View> views;
     for (const glm::dvec3& direction : sphereDirections(directions)) {

@@ -181,7 +181,7 @@ class HitEngine {
     template <class Take>
     std::uint64_t trace(const std::vector<Bundle>& bundles, const Take& take) {
         HitRasterizer rasterizer(scene_.posed);
-        TracedHits source(scene_.posed, rasterizer);
+        TracedHits source(scene_.posed, &rasterizer);
         std::uint64_t hits = 0;
         for (std::size_t i = 0; i < bundles.size(); ++i) {
             const CapturePlan plan = source.plan(bundles[i].view, settings_);

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tests that rays of the Python module give the same hits as `peeler rays`."""
 
+import json
 import unittest
 
 from module import SCENES, ModuleTest, command, np, peeler, scene
@@ -47,6 +48,35 @@ class Rays(ModuleTest):
         hits = self.r.rays(panes, camera=0, size=(64, 36), engine="gl")
         self.assertTrue(np.array_equal(hits.splits, img.splits))
         self.assertLess(np.abs(hits.z - img.z).max(), 1e-3)
+
+    def test_lenses_and_lists_of_rays(self):
+        """The module uses the worker; a batch and the command line give the same."""
+        camera = {"lens": "opencv-fisheye", "distortion": (0.1, -0.02, 0, 0), "intrinsics": (24, 24, 31.5, 23.5),
+                  "size": (64, 48), "eye": (0.5, 0.4, 2)}
+        options = {"lens": "opencv-fisheye", "distortion": "0.1,-0.02,0,0", "intrinsics": "24,24,31.5,23.5",
+                   "size": "64x48", "eye": "0.5,0.4,2"}
+        npz, batch, jobs = self.folder / "lens.npz", self.folder / "batch.npz", self.folder / "jobs.jsonl"
+        command("rays", SCENES / "panes.glb", "-o", npz, *(f"--{key}={value}" for key, value in options.items()))
+        job = {"verb": "rays", "args": [str(SCENES / "panes.glb"), "-o", str(batch)], "options": options}
+        jobs.write_text(json.dumps(job))
+        command("batch", jobs)
+        self.assertEqual(batch.read_bytes(), npz.read_bytes())
+        hits, there = self.r.rays(scene("panes"), **camera), np.load(npz)
+        self.assertGreater(len(hits), 100)
+        for column in hits.columns:
+            self.assert_same(hits[column], there[column], column)
+        self.assertTrue(np.array_equal(hits.z, hits.t))
+        picture = self.r.ray_maps(scene("panes"), map=["base-color", "first"], **camera)[0]
+        self.assertEqual(list(picture), ["R", "G", "B", "A", "first"])
+        self.assertTrue(((picture["A"] > 0) == np.isfinite(picture["first"])).all())
+
+        rays = np.zeros((2, 6))
+        rays[:, 2], rays[:, 5] = 2, (-1, 1)  # towards the panes, and away from them
+        np.save(self.folder / "rays.npy", rays)
+        listed = self.r.rays(scene("panes"), rays=self.folder / "rays.npy")
+        self.assertGreater(listed.splits[1], 0)
+        self.assertEqual(listed.splits[2], listed.splits[1])
+        self.assertTrue(np.array_equal(listed.z, listed.t))
 
     def test_maps(self):
         maps = self.r.ray_maps(scene("bracket"), map=["thickness", "count", "first"], direction=(0, 1, 0),

@@ -144,7 +144,7 @@ void printHashes(const std::string& name, const Scene& scene) {
     moving.camera_to_world = glm::dmat4(1);
     views.push_back(moving);
     HitRasterizer rasterizer(posed);
-    peeler::TracedHits source(posed, rasterizer);
+    peeler::TracedHits source(posed, &rasterizer);
     for (const View& view : views) {
         for (const HitMode mode : {HitMode::kRefined, HitMode::kSloped}) {
             if (view.rays && mode == HitMode::kSloped) continue;

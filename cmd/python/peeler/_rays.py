@@ -34,7 +34,7 @@ class Hits:
         rays = self._windows[:, 2] * self._windows[:, 3]
         self._first_rays = np.concatenate(([0], np.cumsum(rays)))
         self._z = self._arrays["t_hit"]
-        if perspective.any():
+        if perspective.any() and not traced.through_lens:
             self._z = np.concatenate([self._depths(i) for i in range(len(perspective))])
         self._images = None
 
@@ -167,6 +167,12 @@ class Traced:
     @property
     def arguments(self):
         return [*self._scene._arguments("rays"), *self._arguments]
+
+    @property
+    def through_lens(self):
+        """Whether the rays are not those of a pinhole, nor parallel"""
+        other = ("--lens=", "--distortion=", "--rays=", "--shutter=")
+        return any(text.startswith(other) and text != "--lens=pinhole" for text in self._arguments)
 
     def again(self, more, **keywords):
         return _arrays.run("rays", [*self.arguments, *more], **keywords)

@@ -225,13 +225,14 @@ class Renderer:
         """ray_maps(scene, *, map, attenuation=None, part=None, **rays) -> list of dict
 
         Maps of each bundle by name, (height, width) float32: first, last (inf without hits), count, thickness,
-        path-length (path.MATERIAL), transmission (attenuation={'steel': mu}), parity, overlap (part=['A*', 'B*']).
+        path-length (path.MATERIAL), transmission (attenuation={'steel': mu}), parity, overlap (part=['A*', 'B*']),
+        base-color (R, G, B, A: a picture without light, linear, premultiplied).
         Lengths in scene units. The rays are those of rays().
         """
         if keywords.get("map") is None or keywords["map"] in ("", [], ()):
             _options.check("ray_maps", keywords, (*_options.CALIBRATED, "progress"))
             raise Error("usage", "no map is given", "map", "give map=['thickness'], or first, last, count, "
-                        "path-length, transmission, parity, overlap")
+                        "path-length, transmission, parity, overlap, base-color")
         arguments, progress, names = self._trace("ray_maps", scene, keywords)
         result, data = self._run(_arrays.run, "rays", scene, arguments, progress=progress, names=names)
         return _rays.maps(result, data)

@@ -32,7 +32,7 @@ struct Sources {
     Scene scene;
     PosedScene posed{scene};
     HitRasterizer rasterizer{posed};
-    peeler::TracedHits all{posed, rasterizer};
+    peeler::TracedHits all{posed, &rasterizer};
 };
 
 View throughLens(const Lens& lens, const Intrinsics& intrinsics, const Size& size,
