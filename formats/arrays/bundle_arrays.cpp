@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "core/scene/view.h"
-#include "formats/cameras/lens_json.h"
 #include "formats/file/json_text.h"
+#include "formats/file/lens_json.h"
 
 namespace peeler {
 namespace {

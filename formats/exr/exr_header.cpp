@@ -21,10 +21,10 @@
 #include <peeler/error.h>
 #include "core/base/printable.h"
 #include "core/scene/view.h"
-#include "formats/cameras/lens_json.h"
 #include "formats/exr/deep_certificate.h"
 #include "formats/exr/exr_attributes.h"
 #include "formats/file/json_text.h"
+#include "formats/file/lens_json.h"
 
 namespace peeler {
 namespace {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "formats/cameras/lens_json.h"
+#include "formats/file/lens_json.h"
 
 #include <array>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <vector>
 
 #include <peeler/error.h>
 #include "core/lens/lens.h"
-#include "formats/cameras/camera_formats.h"
 
 namespace peeler {
 
@@ -26,11 +26,14 @@ LensCamera lensOfJson(const nlohmann::json& json, const std::string& where) {
         camera.lens = makeLens(json.at("model").get<std::string>(),
                                json.at("coefficients").get<std::vector<double>>());
     } catch (const Error& error) {
-        refuseCamera(error.whatText(), where, error.hintText());
+        throw Error(ErrorKind::kInput, error.whatText(), where, error.hintText());
     }
     if (lensModel(camera.lens).filling) return camera;
     const auto [fx, fy, cx, cy] = json.at("intrinsics").get<std::array<double, 4>>();
-    camera.intrinsics = checkedIntrinsics({fx, fy, cx, cy}, where);
+    const bool finite = std::isfinite(fx) && std::isfinite(fy) && std::isfinite(cx + cy);
+    if (!(fx > 0 && fy > 0 && finite))
+        throw Error(ErrorKind::kInput, "the focal lengths of the lens are not positive", where);
+    camera.intrinsics = {fx, fy, cx, cy};
     return camera;
 }
 
