@@ -61,7 +61,7 @@ struct SampleLanes {
 class MeaningCheck {
   public:
     void add(const SampleLanes& sample) {
-        odd_ += (sample.color - sample.color) + (sample.opacity - sample.opacity);
+        odd_ += sample.color * 0 + sample.opacity * 0;
         low_ = least(sample.opacity, low_);
         high_ = most(sample.opacity, high_);
     }
@@ -105,10 +105,12 @@ class DeepCurve {
     /// Reads a pixel. Returns false, and leaves the curve invalid, if a value is not finite or an
     /// opacity is not within 0–1: such samples have no meaning as layers.
     bool read(const DeepSamples& samples);
-    /// Takes a range of pieces that do not overlap, front to back.
-    template <class Pieces = std::span<const DeepPiece>>
-    void assign(const Pieces& pieces) {
-        pieces_.assign(pieces.begin(), pieces.end());
+    /// Takes piece_of(item) for a range of items: pieces that do not overlap, front to back.
+    template <class Items, class PieceOf>
+    void assign(const Items& items, PieceOf&& piece_of) {
+        pieces_.clear();
+        for (const auto& item : items)
+            pieces_.push_back(piece_of(item));
         volumes_ = std::ranges::any_of(pieces_, &DeepPiece::volume);
         accumulate();
     }

@@ -11,7 +11,6 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
-#include <ranges>
 #include <span>
 #include <string>
 #include <vector>
@@ -483,7 +482,7 @@ bool PixelThinner::walkObjects() {
 }
 
 double PixelThinner::error() {
-    stored_.assign(steps() | std::views::transform(&Step::sample));
+    stored_.assign(steps(), [](const Step& step) -> const ThinSample& { return step.sample; });
     return largestDifference(stored_, curve_).error;
 }
 

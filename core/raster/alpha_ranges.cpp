@@ -23,12 +23,12 @@ AlphaRanges::AlphaRanges(const Image& image)
 std::uint16_t AlphaRanges::find(int tile_x, int tile_y) const {
     // The extremes of each byte of the tile's rows. The inner loop has a fixed length, so that
     // compilers vectorise it.
-    using Bytes = std::array<std::uint8_t, 4 * kTile>;
+    using Bytes = std::array<std::uint8_t, std::size_t{4} * kTile>;
     Bytes texels{}, least, greatest{};
     least.fill(255);
     const int x0 = tile_x * kTile, y0 = tile_y * kTile;
     const auto bytes = static_cast<std::size_t>(4 * std::min(kTile, image_.width - x0));
-    const auto stride = static_cast<std::size_t>(4 * image_.width);
+    const auto stride = std::size_t{4} * static_cast<std::size_t>(image_.width);
     const std::uint8_t* row =
         &image_.rgba[static_cast<std::size_t>(y0) * stride + static_cast<std::size_t>(4 * x0)];
     for (int y = y0; y < std::min(y0 + kTile, image_.height); ++y, row += stride) {

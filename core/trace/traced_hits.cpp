@@ -26,7 +26,7 @@ namespace {
 
 // Rays that are traced together, and the side of the squares of pixels in which rays of one eye are
 // passed to the tracer.
-constexpr std::uint64_t kRaysAtOnce = std::uint64_t{1} << 15;
+constexpr std::uint64_t kRaysOfRows = std::uint64_t{1} << 15;
 constexpr int kTile = 8;
 constexpr std::uint64_t kKeptBands = 4;  // maximum bytes of the kept hits, in largest bands
 constexpr std::uint64_t kTracedBandBytes = std::uint64_t{4} << 20;
@@ -69,7 +69,7 @@ struct TracedPlan final : CapturePlan::Details {
 
 /// Returns the rows, from `y0` on, that are traced together.
 Window rowsAt(const Window& crop, int y0) {
-    const std::uint64_t rows = kRaysAtOnce / static_cast<std::uint64_t>(crop.width());
+    const std::uint64_t rows = kRaysOfRows / static_cast<std::uint64_t>(crop.width());
     const auto limit = static_cast<int>(std::max<std::uint64_t>(rows / kTile, 1)) * kTile;
     return {crop.x0, y0, crop.x1, std::min(crop.y1, y0 + std::min(limit, crop.y1 - y0))};
 }
