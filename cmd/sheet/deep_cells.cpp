@@ -41,12 +41,12 @@ DeepCurve curveOf(const std::string& path, int x, int y, const SheetRequest& req
     const Window pixel{x, y, x + 1, y + 1};
     DeepCurve curve;
     LayeredImage image;
-    curve.assign({});
+    curve.clear();
     if (intersect(pixel, input->info().plan.view.crop) != pixel) return curve;
     input->read(pixel, image);
     DeepFloats floats(image);
     floats.convert(0, image.fragments());
-    if (!curve.read(floats.samples(0, image.fragments()))) curve.assign({});
+    if (!curve.read(floats.samples(0, image.fragments()))) curve.clear();
     return curve;
 }
 

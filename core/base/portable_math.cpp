@@ -52,7 +52,7 @@ double arcTangent(double smaller, double larger) {
     // atan x = x + x³ (−1/3 + x²/5 − …); the rest is below 1e-18 for |x| ≤ 1/8.
     static constexpr std::array<double, 8> kArcTangent{-1.0 / 3,  1.0 / 5,  -1.0 / 7,  1.0 / 9,
                                                        -1.0 / 11, 1.0 / 13, -1.0 / 15, 1.0 / 17};
-    const auto nearest = static_cast<std::size_t>(smaller / larger * 4 + 0.5);
+    const auto nearest = static_cast<std::size_t>((smaller / larger * 8 + 1) / 2);
     const double c = static_cast<double>(nearest) / 4;
     const double rest = (smaller - c * larger) / (larger + c * smaller);
     const double square = rest * rest;

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <functional>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -105,6 +106,8 @@ class DeepCurve {
     /// Reads a pixel. Returns false, and leaves the curve invalid, if a value is not finite or an
     /// opacity is not within 0–1: such samples have no meaning as layers.
     bool read(const DeepSamples& samples);
+    /// Takes no pieces.
+    void clear() { assign(std::span<const DeepPiece>(), std::identity()); }
     /// Takes piece_of(item) for a range of items: pieces that do not overlap, front to back.
     template <class Items, class PieceOf>
     void assign(const Items& items, PieceOf&& piece_of) {

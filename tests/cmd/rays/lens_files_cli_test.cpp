@@ -18,7 +18,6 @@ namespace peeler::test {
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::json;
 
 /// Reads points, and prints the largest distance between two files' and their distance from the
 /// unit sphere.
@@ -90,7 +89,7 @@ TEST_F(LensFiles, PointsOfADeepFileAreThoseOfTheRays) {
     run({"extract", path("hits.exr"), "--points", path("deep.ply")});
     const CommandResult compared = runPython(kComparePoints, {path("hits.ply"), path("deep.ply")});
     ASSERT_EQ(compared.exit_code, 0) << compared.err;
-    const json found = json::parse(compared.out);
+    const Json found = Json::parse(compared.out);
     EXPECT_LT(found["apart"], 5e-7);
     // The mesh is within 5e-4 of the sphere.
     EXPECT_GT(found["least"], 1 - 5e-4);
@@ -119,16 +118,16 @@ TEST_F(LensFiles, ArraysNameBothDepthsAndTheLens) {
     EXPECT_EQ(hits["bundle_perspective"].as<std::uint8_t>(), std::vector<std::uint8_t>{2});
     EXPECT_TRUE(std::isnan(hits["bundle_size"].as<double>()[0]));
     EXPECT_EQ(hits["bundle_origin"].as<double>(), (std::vector<double>{0.25, 0.125, -0.5}));
-    const json lens = json::parse(hits["bundle_lens"].numbers);
+    const Json lens = Json::parse(hits["bundle_lens"].numbers);
     ASSERT_EQ(lens.size(), 1U);
     EXPECT_EQ(lens[0]["model"], "opencv-fisheye");
-    EXPECT_EQ(lens[0]["coefficients"], json::parse("[0.02,-0.003,0.001,0]"));
+    EXPECT_EQ(lens[0]["coefficients"], Json::parse("[0.02,-0.003,0.001,0]"));
     EXPECT_EQ(lens[0]["intrinsics"][2], 31.5);
 
     rays("dense.npz", {"--lens", "equirectangular", "--size", "16x8", "--eye", "0.1,0,0", "--dense",
                        "1", "--columns", "z_hit"});
     auto dense = readNpz(path("dense.npz"));
-    EXPECT_EQ(json::parse(dense["bundle_lens"].numbers)[0]["intrinsics"], json());
+    EXPECT_EQ(Json::parse(dense["bundle_lens"].numbers)[0]["intrinsics"], Json());
     EXPECT_EQ(dense["z_hit"].shape, "(8, 16, 1)");
     rays("map.npz",
          {"--lens", "equirectangular", "--size", "16x8", "--eye", "0.1,0,0", "--map", "first"});
@@ -158,7 +157,7 @@ TEST_F(LensFiles, InfoSaysTheLens) {
     EXPECT_NE(text.out.find("camera: lens opencv-fisheye 0.02 -0.003 0.001 0, fx "),
               std::string::npos)
         << text.out;
-    const json camera = json::parse(runPeeler({"info", path("hits.exr"), "--json"}).out)["camera"];
+    const Json camera = Json::parse(runPeeler({"info", path("hits.exr"), "--json"}).out)["camera"];
     EXPECT_EQ(camera["projection"], "lens");
     EXPECT_EQ(camera["lens"]["model"], "opencv-fisheye");
     EXPECT_EQ(camera["lens"]["intrinsics"].size(), 4U);
