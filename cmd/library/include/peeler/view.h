@@ -11,11 +11,11 @@
 
 #include <peeler/window.h>
 
-#pragma GCC visibility push(default)
-
 namespace peeler {
-class PictureRays;  // core/lens/picture_rays.h
+class PictureRays;  // core/lens/picture_rays.h; not exported
 }
+
+#pragma GCC visibility push(default)
 
 namespace peeler::inline v0 {
 
