@@ -123,7 +123,8 @@ Parity parityOf(const PosedScene& posed, const Solids& solids, int directions, i
     std::vector<View> views;
     for (const glm::dvec3& direction : sphereDirections(directions)) {
         views.push_back(parallelBundle("b", box, box, direction, {resolution}).view);
-        views.push_back(allAround(box, direction, resolution));
+        if (exhaustive() || views.size() == 1)
+            views.push_back(allAround(box, direction, resolution));
     }
     SolidSpans spans;
     for (const View& view : views) {
