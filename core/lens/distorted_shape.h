@@ -95,9 +95,9 @@ inline PlaneValue scaledRadially(const glm::dvec2& point, double from, double ra
     return {point * scale, glm::dmat2(scale) + glm::outerProduct(along, along) * (slope - scale)};
 }
 
-/// Returns the x in [0, end) at which an increasing function is `value`; nothing if there is none.
-/// function(x) returns the value and the derivative. The function must be 0 at 0. Newton's method
-/// inside a shrinking bracket.
+/// Returns the x in [0, end) at which an increasing function has the value `value`, or nothing if
+/// it does not reach this value there. function(x) returns the value and the derivative. The
+/// function must be 0 at 0. Newton's method inside a shrinking bracket.
 template <class Function>
 std::optional<double> increasingInverse(const Function& function, double value, double end) {
     if (value == 0) return 0.0;

@@ -1,11 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/lens/lens_rays.h"
 
-#include <atomic>
-#include <vector>
-
 #include <peeler/error.h>
-#include "core/base/parallel.h"
 #include "core/base/portable_math.h"
 
 namespace peeler {
@@ -19,7 +15,7 @@ glm::dvec3 turned(const glm::dvec3& v) {
 }  // namespace
 
 LensRays::LensRays(const Lens& lens, const Intrinsics& intrinsics, const Size& size)
-    : intrinsics_(intrinsics), size_(size) {
+    : intrinsics_(intrinsics) {
     if (size.width < 1 || size.height < 1)
         throw Error(ErrorKind::kUsage, "a lens needs the size of its picture", lens.model,
                     "give " + Parameter::kSize + " WxH");
@@ -42,17 +38,6 @@ std::optional<LensRay> LensRays::ray(const glm::dvec2& pixel) const {
     return LensRay{turned(ray->direction), turned(ray->per_x) / fx, turned(ray->per_y) / fy};
 }
 
-std::uint64_t LensRays::row(int x, int y, const glm::dvec2& sample,
-                            std::span<glm::dvec3> directions) const {
-    std::uint64_t without = 0;
-    for (glm::dvec3& direction : directions) {
-        const auto found = ray(glm::dvec2(x++, y) + sample);
-        direction = found ? found->direction : glm::dvec3(0);
-        if (!found) ++without;
-    }
-    return without;
-}
-
 Intrinsics intrinsicsOfAngle(const Lens& lens, double angle, const Size& size) {
     const LensModel& model = lensModel(lens);
     if (model.in_pixels || model.filling)
@@ -65,16 +50,6 @@ Intrinsics intrinsicsOfAngle(const Lens& lens, double angle, const Size& size) {
                     "give a smaller " + Parameter::kFov + ", or " + Parameter::kIntrinsics);
     const double f = size.height / (2 * plane->y);
     return {f, f, (size.width - 1) / 2.0, (size.height - 1) / 2.0};
-}
-
-std::uint64_t pixelsWithoutRay(const LensRays& rays) {
-    std::atomic<std::uint64_t> without{0};
-    const Size size = rays.size();
-    parallelFor(static_cast<std::size_t>(size.height), [&](std::size_t y) {
-        std::vector<glm::dvec3> directions(static_cast<std::size_t>(size.width));
-        without += rays.row(0, static_cast<int>(y), glm::dvec2(0.5), directions);
-    });
-    return without;
 }
 
 }  // namespace peeler

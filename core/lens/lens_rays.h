@@ -2,11 +2,9 @@
 // The mapping between the pixels of a camera with a lens and directions.
 #pragma once
 
-#include <cstdint>
 #include <glm/glm.hpp>
 #include <memory>
 #include <optional>
-#include <span>
 
 #include <peeler/camera_choice.h>
 #include "core/lens/lens.h"
@@ -24,8 +22,6 @@ class LensRays {
     /// (kUsage) if the picture has no size, or a size that does not fit the lens.
     LensRays(const Lens& lens, const Intrinsics& intrinsics, const Size& size);
 
-    const Size& size() const { return size_; }
-
     /// Returns the pixel coordinates that see a direction (of any length above 0), also outside the
     /// picture; nothing if the lens does not see it.
     std::optional<glm::dvec2> pixel(const glm::dvec3& direction) const;
@@ -35,15 +31,9 @@ class LensRays {
     /// angle, or where its distortion folds back.
     std::optional<LensRay> ray(const glm::dvec2& pixel) const;
 
-    /// Writes the directions of the pixels of row `y` from column `x` on, through `sample` (0–1)
-    /// within each pixel; (0, 0, 0) for pixels without a direction. Returns their number.
-    std::uint64_t row(int x, int y, const glm::dvec2& sample,
-                      std::span<glm::dvec3> directions) const;
-
   private:
     std::shared_ptr<const LensShape> shape_;
     Intrinsics intrinsics_;
-    Size size_;
 };
 
 /// Returns the intrinsics with square pixels and the principal point in the middle for which the
@@ -51,8 +41,5 @@ class LensRays {
 /// (kUsage) if the lens does not see that direction, or if its focal lengths are not free
 /// (LensModel::in_pixels, filling).
 Intrinsics intrinsicsOfAngle(const Lens& lens, double angle, const Size& size);
-
-/// Returns the number of pixels of a picture whose centre has no direction.
-std::uint64_t pixelsWithoutRay(const LensRays& rays);
 
 }  // namespace peeler

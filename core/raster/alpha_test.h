@@ -30,7 +30,7 @@ class AlphaTest {
     /// an image.
     std::optional<bool> passesEverywhere(const std::array<std::uint32_t, 3>& vertex,
                                          const AlphaRanges* ranges) const;
-    /// Returns the base colour's image; null if there is none.
+    /// Returns the base colour's image, or null for a material without one.
     const Image* image() const { return image_; }
 
   private:

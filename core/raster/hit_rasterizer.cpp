@@ -15,6 +15,7 @@
 #include "core/base/resize_anew.h"
 #include "core/base/stage_times.h"
 #include "core/fragments/bands.h"
+#include "core/fragments/hit_bands.h"
 #include "core/fragments/supersampling.h"
 #include "core/image/channels.h"
 #include "core/image/layers.h"
@@ -35,9 +36,6 @@ constexpr std::uint64_t kSpanBytes = std::uint64_t{2} << 30;
 constexpr std::uint64_t kSpanShare = 2;
 constexpr std::uint64_t kLeastSpanBytes = std::uint64_t{4} << 20;
 constexpr std::uint64_t kLeastBandBytes = std::uint64_t{16} << 20;  // memory reserved for bands
-// The maximum bytes of a band. With small bands, the memory that the bands reuse stays in the
-// cache. Small bands cost no more than large ones, since their hits are computed from stored spans.
-constexpr std::uint64_t kBandBytes = std::uint64_t{4} << 20;
 // The approximate fraction of a bundle's time that planning takes. Used for progress.
 constexpr double kPlanShare = 0.4;
 
@@ -49,10 +47,6 @@ void checkView(const View& view) {
                 "a bundle would have more than " + std::to_string(kMostSide) + " rays per side", "",
                 "give a lower " + Parameter::kResolution + " or a smaller " + Parameter::kSize);
 }
-
-struct BandSize {
-    std::size_t pixels = 0, hits = 0;
-};
 
 }  // namespace
 
@@ -80,13 +74,12 @@ struct HitRasterizer::State {
     bool findSpans(const Window& section, std::vector<Window>& to_do);
     void findSections();
     void countSection(const Window& section);
-    Plan plan() const;
     void freeBands();
     BandCosts costs(const Plan& plan, const Sink& sink) const;
     std::uint64_t spansToCome() const;
     BandLimits limits(const BandCosts& costs) const;
-    BandSize largest(std::span<const Window> bands) const;
-    void captureBand(const Window& band, int section_top, const BandSize& most);
+    HitBandSize largest(std::span<const Window> bands) const;
+    void captureBand(const Window& band, int section_top, const HitBandSize& most);
     void captureRow(const Window& band, int section_top, int y, std::uint32_t first,
                     HitSorter& sorter);
 
@@ -193,22 +186,11 @@ void HitRasterizer::State::findSections() {
     }
 }
 
-Plan HitRasterizer::State::plan() const {
-    Plan plan;
-    plan.view = shown->seen.view;
-    plan.color_type = shown->settings.color_type;
-    plan.channel_bytes =
-        channelBytes(shown->settings.channels, plan.color_type) + sizeof(std::uint32_t);
-    plan.layers = shown->complexity.layers();
-    plan.fragments_counted = plan.fragments_stored = shown->complexity.counted();
-    return plan;
-}
-
 /// Frees the memory of the previous bundle if memory is tight. Otherwise a budget would count this
 /// memory twice: as resident, and as needed for the next bundle.
 void HitRasterizer::State::freeBands() {
     BandCosts costs;
-    costs.band_bytes = kBandBytes + store.bytes();
+    costs.band_bytes = kHitBandBytes + store.bytes();
     if (isRoomy(shown->settings.memory, usedBytes(shown->settings.memory), costs)) return;
     image = {};
     sorters.free();
@@ -240,29 +222,15 @@ CapturePlan HitRasterizer::plan(const View& view, const CaptureSettings& setting
     timed(s.times, "count", [&] { s.findSections(); });
     plan.share = progress ? kPlanShare : 0;
     if (progress) progress(plan.share);
-    return {s.plan(), s.shown};
+    return {hitPlan(view, settings, plan.complexity), s.shown};
 }
 
 BandCosts HitRasterizer::State::costs(const Plan& plan, const Sink& sink) const {
-    const CaptureSettings& settings = shown->settings;
     const DepthComplexity& complexity = shown->complexity;
-    const std::uint64_t width = static_cast<std::uint64_t>(plan.view.crop.width());
-    const std::uint64_t hit = sizeof(float) + settings.colorBytes() + plan.channel_bytes;
-    BandCosts costs;
-    costs.use = sinkUse(sink, plan, hit, [&](int rows) { return complexity.mostFragments(rows); });
-    costs.use.pixel += sizeof(std::uint32_t);
-    costs.use.fragment += hit;
-    if (const std::size_t floats = shadedComponents(settings.channels); floats > 0)
-        costs.use.fragment += floats * sizeof(float) + sizeof(std::uint32_t);
-    // A quarter of a band's bytes is for its pixels. Therefore the limit is at least four times the
-    // bytes of a row's pixels, so that even a wide row fits.
-    costs.band_bytes =
-        std::max(std::min(settings.band_bytes, kBandBytes), 4 * width * costs.use.pixel);
+    BandCosts costs = hitBandCosts(plan, shown->settings, complexity, sink);
+    const auto width = static_cast<std::uint64_t>(plan.view.crop.width());
     costs.use.fixed += static_cast<std::uint64_t>(threadCount()) *
                        HitSorter::bytes(width, complexity.mostFragments(1));
-    // With these values, the number of hits in a band fits into an offset of 32 bits.
-    costs.largest_array_bytes = 1;
-    costs.storage_block_bytes = std::numeric_limits<std::uint32_t>::max();
     return costs;
 }
 
@@ -307,28 +275,16 @@ void HitRasterizer::State::captureRow(const Window& band, int section_top, int y
     }
 }
 
-void HitRasterizer::State::captureBand(const Window& band, int section_top, const BandSize& most) {
+void HitRasterizer::State::captureBand(const Window& band, int section_top,
+                                       const HitBandSize& most) {
     const CaptureSettings& settings = shown->settings;
     std::vector<std::uint32_t> first(static_cast<std::size_t>(band.height()) + 1);
     for (int y = band.y0; y < band.y1; ++y) {
         const auto row = static_cast<std::size_t>(y - band.y0);
         first[row + 1] = first[row] + static_cast<std::uint32_t>(shown->complexity.rowFragments(y));
     }
-    const std::size_t hits = first.back();
-    image.window = band;
-    resizeAnew(image.offsets, band.pixels() + 1, most.pixels + 1);
+    beginHitBand(band, first.back(), most, settings, image);
     image.offsets.back() = first.back();
-    resizeAnew(image.z, hits, most.hits);
-    image.color.type =
-        settings.hit_mode == HitMode::kSloped ? PixelType::kFloat : settings.color_type;
-    image.color.channels.clear();
-    if (settings.hit_mode == HitMode::kSloped) image.color.channels = {"dDepth.X", "dDepth.Y"};
-    resizeAnew(image.color.data, hits * image.color.stride(), most.hits * image.color.stride());
-    image.extra.resize(1 + settings.channels.size());
-    image.extra.front().channels = {kKeyChannel};
-    image.extra.front().type = PixelType::kUint;
-    resizeAnew(image.extra.front().data, hits * sizeof(std::uint32_t),
-               most.hits * sizeof(std::uint32_t));
     const StageTimer timer(times, "capture");
     const int at_once =
         std::clamp(band.height() / (kGroupsAThread * threadCount()), 1, kRowsAtOnce);
@@ -345,8 +301,8 @@ void HitRasterizer::State::captureBand(const Window& band, int section_top, cons
     fillHitChannels(posed, shown->seen.view, settings.channels, settings.color_type, image);
 }
 
-BandSize HitRasterizer::State::largest(std::span<const Window> bands) const {
-    BandSize most;
+HitBandSize HitRasterizer::State::largest(std::span<const Window> bands) const {
+    HitBandSize most;
     for (const Window& band : bands) {
         std::size_t hits = 0;
         for (int y = band.y0; y < band.y1; ++y)
@@ -404,7 +360,7 @@ CaptureReport HitRasterizer::capture(const CapturePlan& planned, Sink& sink,
         }
         const std::vector<Window> bands =
             cutBands(section, limits, [&](int y) { return plan.complexity.rowFragments(y); });
-        const BandSize most = s.largest(bands);
+        const HitBandSize most = s.largest(bands);
         for (const Window& band : bands) {
             s.captureBand(band, section.y0, most);
             stored += s.image.fragments();

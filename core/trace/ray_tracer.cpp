@@ -149,11 +149,6 @@ std::uint64_t RayTracer::mostBytes(const PosedScene& posed) {
     return bytes;
 }
 
-std::uint64_t RayTracer::bytes() const {
-    return vertices_.capacity() * sizeof(Cells) + triangles_.capacity() * sizeof(Triangle) +
-           tree_.bytes();
-}
-
 /// The working storage of a task, and the hits of its rays.
 struct RayTracer::Scratch {
     std::vector<std::optional<ExactRay>> exact;

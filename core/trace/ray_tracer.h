@@ -68,7 +68,6 @@ class RayTracer {
     const PosedScene& posed() const { return posed_; }
     const CellGrid& grid() const { return grid_; }
     std::size_t triangles() const { return triangles_.size(); }
-    std::uint64_t bytes() const;
 
   private:
     /// A triangle: its vertices and its key.

@@ -12,10 +12,9 @@
 #include "core/base/memory_budget.h"
 #include "core/base/parallel.h"
 #include "core/base/process_memory.h"
-#include "core/base/resize_anew.h"
 #include "core/base/stage_times.h"
 #include "core/fragments/bands.h"
-#include "core/fragments/supersampling.h"
+#include "core/fragments/hit_bands.h"
 #include "core/image/channels.h"
 #include "core/image/layers.h"
 #include "core/raster/surface_values.h"
@@ -29,7 +28,6 @@ namespace {
 constexpr std::uint64_t kRaysOfRows = std::uint64_t{1} << 15;
 constexpr int kTile = 8;
 constexpr std::uint64_t kKeptBands = 4;  // maximum bytes of the kept hits, in largest bands
-constexpr std::uint64_t kTracedBandBytes = std::uint64_t{4} << 20;
 // The bytes of a ray while it is traced: the ray itself in both orders, and its place.
 constexpr std::uint64_t kRayBytes = 2 * sizeof(Ray) + 3 * sizeof(std::uint64_t);
 // Planning takes nearly all of the time if all hits are kept.
@@ -41,7 +39,6 @@ struct TracedRows {
     std::vector<std::uint32_t> offsets;  ///< as in LayeredImage
     std::vector<float> z;
     std::vector<std::uint32_t> keys;
-
     std::uint64_t without_ray = 0;
 
     std::uint64_t bytes() const { return 4 * (offsets.size() + z.size() + keys.size()); }
@@ -129,6 +126,7 @@ struct TracedHits::State {
     std::uint64_t mostKept(const Window& crop, const CaptureSettings& settings) const;
     void keep(TracedPlan& plan, TracedRows&& rows, std::uint64_t most);
     BandCosts costs(const TracedPlan& traced, const Plan& plan, const Sink& sink) const;
+    const TracedRows& rowsOf(const TracedPlan& plan, int y);
     void captureBand(const TracedPlan& plan, const Window& band);
 
     PosedScene posed;
@@ -261,38 +259,34 @@ CapturePlan TracedHits::plan(const View& view, const CaptureSettings& settings,
         if (progress)
             progress(kTracedPlanShare * static_cast<double>(rows.y1 - crop.y0) / crop.height());
     }
-    Plan plan;
-    plan.view = view;
-    plan.color_type = settings.color_type;
-    plan.channel_bytes = channelBytes(settings.channels, plan.color_type) + sizeof(std::uint32_t);
-    plan.layers = traced->complexity.layers();
-    plan.fragments_counted = plan.fragments_stored = traced->complexity.counted();
+    const Plan plan = hitPlan(view, settings, traced->complexity);
     return {plan, std::move(traced), without_ray};
 }
 
 BandCosts TracedHits::State::costs(const TracedPlan& traced, const Plan& plan,
                                    const Sink& sink) const {
-    const CaptureSettings& settings = traced.settings;
-    const auto width = static_cast<std::uint64_t>(plan.view.crop.width());
-    const std::uint64_t hit = sizeof(float) + settings.colorBytes() + plan.channel_bytes;
-    BandCosts costs;
-    costs.use =
-        sinkUse(sink, plan, hit, [&](int rows) { return traced.complexity.mostFragments(rows); });
-    costs.use.pixel += sizeof(std::uint32_t);
-    costs.use.fragment += hit;
-    if (const std::size_t floats = shadedComponents(settings.channels); floats > 0) {
-        costs.use.fragment += floats * sizeof(float) + sizeof(std::uint32_t);
-        costs.use.fixed += levels.mostBytes();
-    }
-    costs.band_bytes =
-        std::max(std::min(settings.band_bytes, kTracedBandBytes), 4 * width * costs.use.pixel);
+    BandCosts costs = hitBandCosts(plan, traced.settings, traced.complexity, sink);
+    if (shadedComponents(traced.settings.channels) > 0) costs.use.fixed += levels.mostBytes();
     const bool all_kept = !traced.kept.empty() && traced.kept.back().window.y1 == plan.view.crop.y1;
     if (!all_kept)
         costs.use.fixed += kRayBytes * rowsAt(plan.view.crop, plan.view.crop.y0).pixels() +
                            3 * traced.largest_rows;
-    costs.largest_array_bytes = 1;
-    costs.storage_block_bytes = std::numeric_limits<std::uint32_t>::max();
     return costs;
+}
+
+/// Returns the traced rows that contain row y. Traces them again if they were not kept.
+const TracedRows& TracedHits::State::rowsOf(const TracedPlan& plan, int y) {
+    const Window& crop = plan.view.crop;
+    const int height = rowsAt(crop, crop.y0).height(), index = (y - crop.y0) / height;
+    if (static_cast<std::size_t>(index) < plan.kept.size())
+        return plan.kept[static_cast<std::size_t>(index)];
+    const int first = crop.y0 + index * height;
+    if (again.window.empty() || again.window.y0 != first) {
+        const StageTimer timer(times, "count");
+        again = {};
+        again = trace(plan, rowsAt(crop, first));
+    }
+    return again;
 }
 
 /// Copies the hits of a band from traced rows, and fills the channels.
@@ -301,32 +295,12 @@ void TracedHits::State::captureBand(const TracedPlan& plan, const Window& band) 
     std::size_t hits = 0;
     for (int y = band.y0; y < band.y1; ++y)
         hits += plan.complexity.rowFragments(y);
-    image.window = band;
-    image.color.type = settings.color_type;
-    image.color.channels.clear();
-    image.color.data.clear();
-    image.extra.resize(1 + settings.channels.size());
-    FragmentArray& keys = image.extra.front();
-    keys.channels = {kKeyChannel};
-    keys.type = PixelType::kUint;
-    resizeAnew(image.offsets, band.pixels() + 1);
-    resizeAnew(image.z, hits);
-    resizeAnew(keys.data, hits * sizeof(std::uint32_t));
+    beginHitBand(band, hits, {band.pixels(), hits}, settings, image);
+    const std::span keys = image.extra.front().as<std::uint32_t>();
     const auto width = static_cast<std::size_t>(band.width());
     std::uint32_t stored = 0;
     for (int y = band.y0; y < band.y1;) {
-        const auto kept = std::ranges::find_if(
-            plan.kept, [y](const TracedRows& rows) { return y < rows.window.y1; });
-        if (kept == plan.kept.end() && (y < again.window.y0 || y >= again.window.y1)) {
-            const StageTimer timer(times, "count");
-            const int from =
-                again.window.empty() || again.window.y1 > y
-                    ? (plan.kept.empty() ? plan.view.crop.y0 : plan.kept.back().window.y1)
-                    : again.window.y1;
-            again = {};
-            again = trace(plan, rowsAt(plan.view.crop, from));
-        }
-        const TracedRows& rows = kept == plan.kept.end() ? again : *kept;
+        const TracedRows& rows = rowsOf(plan, y);
         const int end = std::min(band.y1, rows.window.y1);
         const std::size_t first = static_cast<std::size_t>(y - rows.window.y0) * width;
         const std::size_t pixels = static_cast<std::size_t>(end - y) * width;
@@ -335,8 +309,7 @@ void TracedHits::State::captureBand(const TracedPlan& plan, const Window& band) 
         for (std::size_t p = 0; p < pixels; ++p)
             offsets[p] = stored + rows.offsets[first + p] - from;
         std::copy(rows.z.begin() + from, rows.z.begin() + to, image.z.begin() + stored);
-        std::copy(rows.keys.begin() + from, rows.keys.begin() + to,
-                  keys.as<std::uint32_t>().begin() + stored);
+        std::copy(rows.keys.begin() + from, rows.keys.begin() + to, keys.begin() + stored);
         stored += to - from;
         y = end;
     }

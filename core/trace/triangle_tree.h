@@ -39,10 +39,6 @@ class TriangleTree {
     /// if there are more than `most`. Overwrites `found`.
     bool candidates(const RayCone& cone, std::size_t most, std::vector<std::uint32_t>& found) const;
 
-    std::uint64_t bytes() const {
-        return nodes_.capacity() * sizeof(Node) + blocks_.capacity() * sizeof(Block);
-    }
-
   private:
     friend class TreeBuilder;
     friend struct TreeWalk;

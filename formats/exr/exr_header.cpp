@@ -159,7 +159,7 @@ std::shared_ptr<const PictureRays> lensRaysIn(const nlohmann::json& lens, const 
     }
 }
 
-/// Whether a camera can be stored: a moving camera and a list of rays are none.
+/// Whether the header can describe the camera. It cannot describe moving cameras and lists of rays.
 bool hasCamera(const View& view) {
     return view.known && (!view.rays || lensCameraOf(view));
 }

@@ -213,6 +213,15 @@ std::uint64_t pixelsBeyond(double radius) {
     return count;
 }
 
+/// Returns the number of pixels of kPicture whose centre has no ray.
+std::uint64_t pixelsWithoutRay(const LensRays& rays) {
+    std::uint64_t count = 0;
+    forPixels(kPicture, 1, [&](double x, double y) {
+        if (!rays.ray({x, y})) ++count;
+    });
+    return count;
+}
+
 TEST(Lenses, PixelsBeyondTheFoldAreEmpty) {
     // r (1 − k r²) has its extremum 2/3 · r at r = 1 / √(3 k).
     const double k = 0.2, fold = 1 / std::sqrt(3 * k), f = 400;

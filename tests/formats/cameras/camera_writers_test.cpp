@@ -243,7 +243,8 @@ TEST(CameraWriters, TransformsMakeTheSameViewsToTheLastBit) {
     EXPECT_TRUE(bytesOf(again) == bytesOf(path));
 }
 
-/// A lens, and the name of its model in COLMAP and in transforms.json; "" if there is none.
+/// A lens and the names of its model in COLMAP and transforms.json. A name is empty if the format
+/// lacks the model.
 struct WrittenLens {
     Lens lens;
     std::string colmap, transforms;
