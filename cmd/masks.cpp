@@ -221,17 +221,7 @@ void Masks::checkLenses() {
     if (options_.pictures.asked)
         refuse("pictures cannot be taken through a lens", "--rgb" + ofCamera(*lens),
                "leave it out; peeler rays --map base-color makes a picture without light");
-    const PosedScene posed = job_.pose();
-    const bool thin = std::ranges::any_of(posed.meshes(), [&](const MeshInstance& mesh) {
-        return std::ranges::any_of(posed.primitives(mesh), [](const Primitive& primitive) {
-            return primitive.topology < Topology::kTriangles;
-        });
-    });
-    if (!thin) return;
-    if (options_.scene.reading.strict)
-        throw Error(ErrorKind::kInput, "rays through a lens do not hit lines and points",
-                    options_.scene.file.string(), "leave --strict out, or the nodes (--exclude)");
-    reporter_.warning("Rays through a lens do not hit lines and points; masks lack them.");
+    warnOfThin(job_.pose(), options_.scene, "masks", reporter_);
 }
 
 PosedScene Masks::poseOf(std::size_t view) const {

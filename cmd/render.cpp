@@ -131,6 +131,7 @@ class Render {
     std::optional<ProgressReport> progress_;
     std::optional<UsedCameras> cameras_;  ///< for --cameras-out
     bool size_told_ = false;
+    bool lens_seen_ = false;             ///< whether a picture has had a lens
     std::uint64_t memory_forecast_ = 0;  ///< bytes
     std::size_t empty_ = 0;              ///< number of pictures without fragments
 };
@@ -230,6 +231,8 @@ void Render::prepare(Picture& picture) {
     else
         job_.openRenderer(*asked.posed);
     GlRenderer& renderer = *job_.renderer();
+    if (asked.view.rays && !std::exchange(lens_seen_, true))
+        warnOfThin(*asked.posed, options_.scene, "pictures", reporter_);
     // Reported only for the first picture.
     picture.result.camera_cut = !size_told_ && !reporter_.quiet() &&
                                 request_.views().cutsSceneOff(asked.view, *asked.posed);
@@ -402,11 +405,13 @@ void Render::report(Picture& picture) {
     result.milliseconds["total"] =
         std::chrono::duration<double, std::milli>(end - picture.start).count();
     describePicture(picture.plan, asked.provenance, result);
+    result.without_ray = picture.plan.without_ray;
     result.forecast_memory = memory_forecast_;
     describeFiles(asked.output, result, reporter_);
     if (options_.shards) options_.shards->add(asked, result);
     describeDisplay(picture.written, request_.metersExposure(), result);
     const bool first = !std::exchange(noted_, true);
+    if (first) noteWithoutRay(result.without_ray, asked.view.crop.pixels(), reporter_);
     if (first) noteDisplay(result, reporter_);
     const CaptureSettings& capture = asked.capture;
     result.counted_samples = capture.composite ? result.samples : 1;
@@ -478,6 +483,7 @@ VerbAction declareRender(VerbOptions& verb) {
         options->samples_given = verb.given("--samples");
         options->output.options.cryptomatte = options->channels.cryptomatte;
         applyPreset(verb, *options);
+        takeLens(options->lens, options->camera);
         if (namesShards(options->output.path))
             options->shards = std::make_shared<SampleShards>(*options, session.reporter());
         else

@@ -31,6 +31,7 @@ float viewDistance(float depth) {
     return -point.z / point.w;
 }
 
+#ifndef TRACED  // traced hits are accepted before they are shaded, and know their pixel
 #ifdef GEOMETRY  // defined except in full-screen passes
 layout(location = PEELER_FIRST_KEY) flat in uint first_key;
 
@@ -106,3 +107,4 @@ bool inRange(Key key) {
 #endif
     return true;
 }
+#endif

@@ -57,6 +57,9 @@ using glm::vec4;
 #define PEELER_LIGHTS 7      // a LightCount, then a LightRecord for each light
 #define PEELER_INSTANCES 8   // Placements of all draws with several instances
 #define PEELER_CHANNELS 9    // channel values of each fragment (floats), from channels.frag
+// Blocks of shaded hits, which replace PEELER_LIST_HEADS and PEELER_FRAGMENTS.
+#define PEELER_HITS 0        // a HitRecord per hit
+#define PEELER_HIT_COLORS 1  // colour per hit, as in packed_color.glsl
 
 // Texture units. GL guarantees 16 per shader. A material may use 17, and lights and peeling need
 // others. So a program declares only the samplers that its variant reads, and GpuScene counts a
@@ -158,6 +161,19 @@ struct MaterialRecord {
     vec4 attenuation;    // rgb: attenuation colour
     vec4 texture_transform[2 * PEELER_MATERIAL_UNITS];  // two rows of a 3x3 matrix
     uvec4 flags;         // x: the bits above; y, z (a bit per texture unit): has a transform, uses the second UV set
+};
+
+/// A hit of a traced ray (std430), in view space. Derivatives are along the surface, per pixel to the right (dx) and
+/// upwards (dy).
+struct HitRecord {
+    vec4 position;  // w: 1 on a front face, -1 on a back face
+    vec4 toward;    // xyz: unit vector against the ray; w: length of a mesh unit
+    vec4 normal;    // interpolated, not normalised
+    vec4 tangent;   // w: handedness
+    vec4 texcoords;
+    vec4 color;
+    vec4 texcoords_dx, texcoords_dy;
+    vec4 position_dx, position_dy;
 };
 
 struct LightCount {

@@ -113,7 +113,9 @@ vec3 mixed(Reflector s, vec3 dielectric, vec3 metal) { return dielectric * (1.0 
 /// Returns the surface properties for the base colour `base` (linear, without alpha).
 Reflector reflectorOf(vec3 base, Gradients g) {
     Reflector s;
-#ifdef ORTHOGRAPHIC
+#if defined(TRACED)
+    vec3 view = toward_eye;
+#elif defined(ORTHOGRAPHIC)
     vec3 view = vec3(0.0, 0.0, 1.0);
 #else
     vec3 view = normalize(-surface.position);

@@ -12,7 +12,12 @@ layout(binding = PEELER_OCCLUSION_UNIT) uniform sampler2D occlusion_texture;
 layout(binding = PEELER_EMISSIVE_UNIT) uniform sampler2D emissive_texture;
 #endif
 
-layout(location = PEELER_SURFACE) in Surface {
+#ifdef TRACED
+struct Surface
+#else
+layout(location = PEELER_SURFACE) in Surface
+#endif
+{
     vec3 position;
     vec3 normal;
     vec4 tangent;
@@ -20,10 +25,21 @@ layout(location = PEELER_SURFACE) in Surface {
     vec4 color;
 } surface;
 
+#ifdef TRACED
+// shade_hits.comp sets these variables and `surface`.
+bool is_front;
+vec3 toward_eye;
+#define world_from_view mat3(frame.world_from_view)
+#define material_color material.base_color
+#define material_emissive material.emissive
+#define material_factors material.factors
+#else
 layout(location = PEELER_WORLD_FROM_VIEW) flat in mat3 world_from_view;
 layout(location = PEELER_MATERIAL_COLOR) flat in vec4 material_color;
 layout(location = PEELER_MATERIAL_EMISSIVE) flat in vec4 material_emissive;
 layout(location = PEELER_MATERIAL_FACTORS) flat in vec4 material_factors;
+#define is_front gl_FrontFacing
+#endif
 
 /// Screen-space derivatives. They are undefined after a discard or in divergent control flow, so
 /// every shader computes them first. The shader samples textures with these explicit gradients, so
@@ -33,10 +49,12 @@ struct Gradients {
     vec3 position_dx, position_dy;
 };
 
+#ifndef TRACED
 Gradients surfaceGradients() {
     return Gradients(dFdx(surface.texcoords), dFdy(surface.texcoords), dFdx(surface.position),
                      dFdy(surface.position));
 }
+#endif
 
 // Draw and material flags are compiled into the variant instead of being read from the records.
 // llvmpipe would run both sides of a branch on a record's flags.

@@ -18,7 +18,11 @@ layout(binding = PEELER_TRANSMISSION_UNIT) uniform sampler2D transmission_textur
 layout(binding = PEELER_THICKNESS_UNIT) uniform sampler2D thickness_texture;
 #endif
 
+#ifdef TRACED
+float mesh_scale;
+#else
 layout(location = PEELER_MESH_SCALE) flat in float mesh_scale;
+#endif
 
 /// Returns the volume's transmittance for white light (Beer-Lambert law). The volume's thickness is in mesh space.
 vec3 attenuation(Gradients g) {

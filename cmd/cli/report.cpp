@@ -187,6 +187,7 @@ Json findingsOf(const PictureResult& result) {
     json["fragmentsCounted"] = result.fragments_counted;
     json["fragmentsStored"] = result.fragments_stored;
     json["fragmentsBlended"] = result.fragments_blended;
+    if (result.without_ray > 0) json["withoutRay"] = result.without_ray;
     json["fragmentsLeftOut"] =
         result.fragments_counted - result.fragments_stored - result.fragments_blended;
     json["samples"] = result.samples;

@@ -96,6 +96,7 @@ struct PictureResult : RunResult {
     std::uint64_t layers = 0;
     std::uint64_t fragments_counted = 0, fragments_stored = 0;
     std::uint64_t fragments_blended = 0;  ///< blended into the composite instead of stored
+    std::uint64_t without_ray = 0;        ///< number of pixels where a lens sees nothing
     int samples = 1;                      ///< sub-pixel samples per pixel
     /// Only for the summary: the number of samples in the fragment counts; whether the counts omit
     /// fragments behind opaque surfaces; whether the scene's camera cuts the scene off; the light

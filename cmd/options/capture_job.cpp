@@ -15,6 +15,7 @@
 #include "core/base/printable.h"
 #include "core/base/stage_times.h"
 #include "core/capture/method.h"
+#include "core/lens/picture_rays.h"
 #include "core/raster/hit_rasterizer.h"
 #include "core/scene/camera_choice.h"
 #include "core/trace/traced_hits.h"
@@ -57,8 +58,12 @@ View small(View view) {
     const auto scaled = [&](int side) {
         return std::max(1, static_cast<int>(std::lround(side * scale)));
     };
+    const glm::dvec2 before(view.width, view.height);
     view.width = scaled(view.width);
     view.height = scaled(view.height);
+    if (view.rays)
+        view.rays =
+            mappedPicture(view.rays, glm::dvec2(0), before / glm::dvec2(view.width, view.height));
     view.crop = {0, 0, view.width, view.height};
     return view;
 }

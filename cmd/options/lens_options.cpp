@@ -8,6 +8,7 @@
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/errors.h"
 #include "cmd/cli/parse.h"
+#include "cmd/cli/report.h"
 #include "core/base/names.h"
 #include "core/lens/lens.h"
 #include "core/lens/lens_rays.h"
@@ -48,6 +49,27 @@ void addLensOptions(VerbOptions& verb, LensOptions& options) {
     addValue(verb, "--distortion", "A,B,...", options.coefficients, parseCoefficients,
              "coefficients of the lens, in the order of --lens")
         .group("Camera");
+}
+
+void warnOfThin(const PosedScene& posed, const SceneOptions& scene, const std::string& pictures,
+                Reporter& reporter) {
+    const bool thin = std::ranges::any_of(posed.meshes(), [&](const MeshInstance& mesh) {
+        return std::ranges::any_of(posed.primitives(mesh), [](const Primitive& primitive) {
+            return primitive.topology < Topology::kTriangles;
+        });
+    });
+    if (!thin) return;
+    if (scene.reading.strict)
+        throw Error(ErrorKind::kInput, "rays through a lens do not hit lines and points",
+                    scene.file.string(), "leave --strict out, or the nodes (--exclude)");
+    reporter.warning("Rays through a lens do not hit lines and points; " + pictures +
+                     " lack them.");
+}
+
+void noteWithoutRay(std::uint64_t pixels, std::uint64_t all, Reporter& reporter) {
+    if (pixels > 0)
+        reporter.note(countText(pixels, "pixel") + " of " + groupedText(all) +
+                      " have no ray: the lens sees nothing there");
 }
 
 void takeLens(const LensOptions& options, CameraOptions& camera) {

@@ -325,11 +325,12 @@ void RayTracer::traceBundles(RayTrace& trace) {
 void RayTracer::report(RayTrace& trace) {
     RunResult result;
     job_.finish(result);
-    if (trace.without_ray > 0)
-        reporter_.note(
-            countText(trace.without_ray, "pixel") + " of " + groupedText(raysOf(trace.bundles)) +
-            (options_.bundles.rays ? " have no ray: they are not finite, or have no direction"
-                                   : " have no ray: the lens sees nothing there"));
+    if (!options_.bundles.rays)
+        noteWithoutRay(trace.without_ray, raysOf(trace.bundles), reporter_);
+    else if (trace.without_ray > 0)
+        reporter_.note(countText(trace.without_ray, "pixel") + " of " +
+                       groupedText(raysOf(trace.bundles)) +
+                       " have no ray: they are not finite, or have no direction");
     // The hash is only in the result, because it must not change the bytes of the ray files.
     result.settings_hash = settingsHash(trace, capture_);
     const std::uint64_t rays = raysOf(trace.bundles);

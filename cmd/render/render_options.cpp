@@ -92,8 +92,10 @@ void addRenderOptions(VerbOptions& verb, RenderOptions& options) {
     addShownOptions(verb, options);
     addNormalizeOption(verb, options.scene);
     addFrameOptions(verb, options.animation);
-    addCameraOptions(verb, options.camera, &options.scene.reading);
+    addCameraOptions(verb, options.camera, &options.scene.reading, true);
+    addLensOptions(verb, options.lens);
     addViewOptions(verb, options.views);
+    options.views.lenses = true;
     addFirstViewOption(verb, options.views);
     addLayerOptions(verb, options.capture);
     verb.option("--samples")

@@ -11,6 +11,7 @@
 #include "cmd/options/camera_options.h"
 #include "cmd/options/capture_job.h"
 #include "cmd/options/clip_options.h"
+#include "cmd/options/lens_options.h"
 #include "cmd/options/output_options.h"
 #include "cmd/options/sequence_options.h"
 #include "cmd/options/view_options.h"
@@ -25,6 +26,7 @@ class VerbOptions;
 struct RenderOptions : CaptureJobOptions {
     std::vector<std::filesystem::path> scenes;  ///< scene files, folders and globs
     CameraOptions camera;                       ///< camera settings common to all views
+    LensOptions lens;                           ///< of `camera`, and of views around the scene
     ViewListOptions views;
     ChannelOptions channels;
     ClipOptions clip;

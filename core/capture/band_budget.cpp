@@ -35,6 +35,7 @@ BandBudget::BandBudget(const GlPlan& plan, const PlanMethods& methods, const Ban
     costs_.use.pixel = kBandPixelBytes + opacity;
     if (!plan.clip_rows.empty()) costs_.use.pixel += 3 * sizeof(std::uint32_t);
     costs_.use.fixed = capture.tileBytes();
+    if (plan.view.rays) costs_.use.fixed += TracedLayers::bufferBytes();
     if (plan.opaque_first) costs_.use.fixed += capture.opaqueBytes();
     if (methods.composite) {
         // A composite method's costs per pixel go into use.fragment, because rowFragments() counts

@@ -33,6 +33,7 @@ void BandCapture::begin() {
 }
 
 void BandCapture::setPose(const PosedScene& posed) {
+    traced_.reset();
     gpu_scene_.setPose(posed);
 }
 
@@ -113,7 +114,16 @@ void BandCapture::prepareClip(const Window& band) {
     clip_band_ = band;
 }
 
+TracedLayers& BandCapture::tracedLayers() {
+    if (!traced_) traced_.emplace(context_, gpu_scene_.posed(), rasterizer_, pass_context_);
+    return *traced_;
+}
+
 void BandCapture::count(const Window& band, std::vector<std::uint32_t>& counts) {
+    if (pass_context_.view.rays) {
+        tracedLayers().count(band, counts);
+        return add(times_, tracedLayers().takeTimes());
+    }
     const StageTimer timer(times_, "count");
     prepareClip(band);
     const auto gpu = gpu_timer_.span("gpuCount");

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -21,6 +22,7 @@
 #include "core/capture/method.h"
 #include "core/capture/pass_context.h"
 #include "core/capture/scene_rasterizer.h"
+#include "core/capture/traced_layers.h"
 #include "core/fragments/bands.h"
 #include "core/fragments/depth_sort.h"
 #include "core/fragments/surface_channels.h"
@@ -128,6 +130,10 @@ class BandCapture {
 
     /// Returns the largest change of Z that hit refinement has made since the last begin().
     double largestCorrection() const { return largest_correction_; }
+    /// Returns the number of pixels of the current view that have no ray (View::rays).
+    std::uint64_t pixelsWithoutRay() {
+        return pass_context_.view.rays ? tracedLayers().pixelsWithoutRay() : 0;
+    }
     /// Returns the surface of the primitive with this key (DrawList::surfaceOf).
     std::uint32_t surfaceOf(std::uint32_t key) const {
         return gpu_scene_.posed().drawList().surfaceOf(key);
@@ -241,6 +247,9 @@ class BandCapture {
     void setListHeads(std::span<const std::uint32_t> list_heads);
     /// Runs channels.frag for the captured fragments, in another geometry pass.
     void drawChannels(BandLists& lists);
+    /// Returns the layers of views with View::rays, which methods do not capture.
+    TracedLayers& tracedLayers();
+    void captureTraced(const BandRequest& request, std::uint32_t layers, LayeredImage& out);
     void addChannels(const BandLists& lists, const CapturedFragments& captured,
                      std::span<std::uint32_t> sources, const float* values, LayeredImage& out);
     void readComposite(const BandRequest& request, CompositeImage& out);
@@ -252,6 +261,7 @@ class BandCapture {
     const NextFrame* next_frame_ = nullptr;
     GpuScene gpu_scene_;
     SceneRasterizer rasterizer_;
+    std::optional<TracedLayers> traced_;  ///< made when a view first needs it
     BandBuffers buffers_;
     ListHeadTarget list_head_target_;
     OpaqueTarget opaque_;

@@ -15,6 +15,7 @@
 #include "core/fragments/supersampling.h"
 #include "core/fragments/surface_channels.h"
 #include "core/image/channels.h"
+#include "core/image/composite.h"
 
 namespace peeler {
 namespace {
@@ -27,7 +28,19 @@ std::vector<std::string> colorChannels(const CaptureSettings& settings) {
 
 }  // namespace
 
+void BandCapture::captureTraced(const BandRequest& request, std::uint32_t layers,
+                                LayeredImage& out) {
+    const StageTimer timer(times_, "capture");
+    const auto gpu = gpu_timer_.span("gpuCapture");
+    tracedLayers().capture(request.band, layers, request.keys, next_frame_, out);
+    tracedLayers().takeTimes();  // "capture" includes them
+}
+
 int BandCapture::layers(LayerMethod& method, const BandRequest& request, LayeredImage& out) {
+    if (pass_context_.view.rays) {
+        captureTraced(request, request.layers, out);
+        return 1;
+    }
     fillLists(method, request, request.layers);
     if (lists_.channels) {
         const StageTimer timer(times_, "capture");
@@ -129,6 +142,13 @@ void BandCapture::sortLists(const BandLists& lists, const std::uint32_t* stored,
 }
 
 int BandCapture::composite(LayerMethod& method, const BandRequest& request, CompositeImage& out) {
+    if (pass_context_.view.rays) {
+        LayeredImage image;
+        captureTraced(request, blendsTail() ? 0 : request.layers, image);
+        const StageTimer timer(times_, "composite");
+        compositeNearest(image, request.layers, pass_context_.settings.tail, out);
+        return 1;
+    }
     const int passes = fillLists(method, request, blendsTail() ? 0 : request.layers);
     const StageTimer timer(times_, "composite");
     const auto stored = readFragments(lists_);

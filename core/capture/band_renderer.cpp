@@ -29,7 +29,8 @@ PlanMethods methodsOf(const GlPlan& plan) {
     if (plan.method->exact()) methods.layers = plan.method->layers();
     // Layers with coloured opacity are composited on the CPU, because GL blending has only one
     // alpha.
-    const bool on_the_fly = plan.settings.composite && plan.method->composite &&
+    // So are layers of traced rays, which no method captures.
+    const bool on_the_fly = plan.settings.composite && plan.method->composite && !plan.view.rays &&
                             !(plan.settings.tinted && plan.method->exact());
     if (on_the_fly) methods.composite = plan.method->composite();
     return methods;
@@ -60,8 +61,8 @@ void BandRenderer::showSample(std::size_t i) {
 }
 
 bool BandRenderer::overlapsBands() const {
-    return capture_.overlaps() && !plan_->opaque_first && !plan_->settings.composite &&
-           !plan_->mergesLayers();
+    return capture_.overlaps() && !plan_->view.rays && !plan_->opaque_first &&
+           !plan_->settings.composite && !plan_->mergesLayers();
 }
 
 BandBudget BandRenderer::budget() const {

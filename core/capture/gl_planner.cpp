@@ -13,6 +13,7 @@
 #include "core/base/stage_times.h"
 #include "core/fragments/supersampling.h"
 #include "core/image/channels.h"
+#include "core/raster/surface_values.h"
 
 namespace peeler {
 namespace {
@@ -74,6 +75,20 @@ void checkSettings(const CaptureSettings& settings) {
     }
 }
 
+void checkRays(const View& view, const CaptureSettings& settings) {
+    const Text where(view.camera_name);
+    if (settings.hit_mode != HitMode::kNone)
+        throw Error(ErrorKind::kInternal, "traced rays have colours only in pictures", where);
+    if (!findPeelMethod(settings.method)->exact())
+        throw Error(ErrorKind::kUsage,
+                    settings.method + " cannot look through a lens, since it only rasterises",
+                    Parameter::kMethod + " " + settings.method, "choose an exact method");
+    if (settings.clip.active())
+        throw Error(ErrorKind::kUsage, "a picture through a lens cannot be clipped", where,
+                    "leave the clip volume out, or render a pinhole picture");
+    checkSurfaceChannels(settings.channels);
+}
+
 bool skipsHidden(const CaptureSettings& settings) {
     const MethodInfo* const method = findPeelMethod(settings.method);
     return settings.composite && method && method->exact() && settings.max_layers == 0 &&
@@ -117,7 +132,7 @@ void GlPlanner::chooseSurfaces() {
     renderer_.takeSurfaces();
     const PlanMethods& methods = renderer_.methods();
     if (methods.composite || !methods.layers->takesOpaqueFirst() || !settings.clip.nodes.empty() ||
-        settings.depth_clamp)
+        settings.depth_clamp || plan_.view.rays)
         return;
     plan_.opaque_first = true;  // costs() below depends on opaque_first
     plan_.opaque_first =

@@ -16,6 +16,10 @@ namespace peeler {
 /// at once, a blended tail without a composite.
 void checkSettings(const CaptureSettings& settings);
 
+/// Throws Error (kUsage) if the settings cannot be used for a view with View::rays: an approximate
+/// method, a clip volume, a channel that hits lack.
+void checkRays(const View& view, const CaptureSettings& settings);
+
 /// Whether a capture may skip fragments behind opaque surfaces because its composite is exact and
 /// has all layers. Opaque fragments have alpha 1, so hidden fragments cannot change such a
 /// composite.

@@ -111,11 +111,9 @@ GlPlan& GlRenderer::State::show(GlRenderer& renderer, const CapturePlan& planned
 CapturePlan GlRenderer::plan(const View& view, const CaptureSettings& settings,
                              const Progress& progress) {
     State& s = *state_;
-    if (view.rays)
-        throw Error(ErrorKind::kUsage, "lens distortion is not rendered", view.camera_name,
-                    "render a pinhole picture, or trace rays");
     s.castShadows(*this, settings);  // first, because it may itself plan and capture shadow maps
     checkSettings(settings);
+    if (view.rays) checkRays(view, settings);
     if (const auto before = s.latest.lock()) before->freeKept();
     s.shown = std::make_shared<GlPlan>();
     s.latest = s.shown;
@@ -123,7 +121,7 @@ CapturePlan GlRenderer::plan(const View& view, const CaptureSettings& settings,
     s.shown->settings = settings;
     GlPlanner planner(s.bands, s.posed.drawList(), s.times, *s.shown, progress);
     planner.count();
-    return {planner.plan(), s.shown};
+    return {planner.plan(), s.shown, s.bands.capture().pixelsWithoutRay()};
 }
 
 std::uint64_t GlRenderer::forecastMemory(const CapturePlan& planned, const Sink& sink) {
@@ -150,6 +148,9 @@ std::vector<Window> GlRenderer::bandsOnGpu(const CapturePlan& planned) {
 GlLayers GlRenderer::captureOnGpu(const CapturePlan& planned, const Window& band,
                                   const Progress& progress) {
     const GlPlan& plan = state_->show(*this, planned);
+    if (plan.view.rays)
+        throw Error(ErrorKind::kUsage, "layers through a lens do not stay on the GPU",
+                    plan.view.camera_name, "capture them into memory");
     const GlLayers layers = state_->bands.renderOnGpu(band);
     State::report(plan, band, progress);
     return layers;

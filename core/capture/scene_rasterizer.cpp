@@ -68,6 +68,7 @@ void SceneRasterizer::begin() {
     boundary_nodes_ = pass_context_.settings.clip.nodes;
     std::sort(boundary_nodes_.begin(), boundary_nodes_.end());
     tile_ = band_ = {};
+    frame_dirty_ = true;
     const int size = pass_context_.settings.point_size, most = context_.device().limits.point_size;
     if (size <= most) return;
     throw Error(ErrorKind::kUsage, "the driver cannot draw points of this size",
@@ -318,13 +319,7 @@ void SceneRasterizer::draw(const GeometryPass& pass, const Window& area) {
         current = &wanted;
         if (draw.material != material) {
             material = draw.material;
-            scene_.bindMaterialRecord(material);
-            const GpuMaterial& gpu = scene_.materials()[material];
-            for (GLuint unit = 0; unit < PEELER_MATERIAL_UNITS; ++unit) {
-                if (!gpu.bindings[unit].texture) continue;
-                gl.BindTextureUnit(unit, gpu.bindings[unit].texture);
-                gl.BindSampler(unit, gpu.bindings[unit].sampler);
-            }
+            bindMaterial(material);
         }
         const Faces faces =
             pass.draws == Draws::kClipMeshes ? Faces::kBoth : pass_context_.settings.faces;
@@ -338,6 +333,34 @@ void SceneRasterizer::draw(const GeometryPass& pass, const Window& area) {
         gl.FrontFace(draw.mirrored ? GL_CW : GL_CCW);
         draw_records_.bindUniform(PEELER_DRAW_BLOCK, i * kDrawStride, sizeof(shader::DrawRecord));
         submit(draw);
+    }
+}
+
+void SceneRasterizer::bindMaterial(std::size_t material) const {
+    const auto& gl = functions();
+    scene_.bindMaterialRecord(material);
+    const GpuMaterial& gpu = scene_.materials()[material];
+    for (GLuint unit = 0; unit < PEELER_MATERIAL_UNITS; ++unit) {
+        if (!gpu.bindings[unit].texture) continue;
+        gl.BindTextureUnit(unit, gpu.bindings[unit].texture);
+        gl.BindSampler(unit, gpu.bindings[unit].sampler);
+    }
+}
+
+void SceneRasterizer::shadeHits(std::span<const HitGroup> groups) {
+    constexpr std::uint32_t kGroup = 64;  // local_size_x of shade_hits.comp
+    constexpr GeometryPass kPass{
+        .fragment_shader = "shade_hits.comp", .shades = true, .bounded = false};
+    bindFrame();
+    const auto& draws = scene_.posed().drawList().draws();
+    std::uint32_t first = 0;
+    for (const auto& [index, hits] : groups) {
+        const Draw& draw = draws[index];
+        use(shaders_.variant(kPass, draw),
+            {{static_cast<int>(first), static_cast<int>(hits), 0, 0}});
+        bindMaterial(draw.material);
+        functions().DispatchCompute((hits + kGroup - 1) / kGroup, 1, 1);
+        first += hits;
     }
 }
 

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -18,6 +19,12 @@ namespace peeler {
 namespace shader {
 struct FrameRecord;
 }
+
+/// Consecutive hits of one draw.
+struct HitGroup {
+    std::size_t draw = 0;
+    std::uint32_t hits = 0;
+};
 
 /// A rasteriser of the scene. Rasterisation is repeatable only with a constant viewport. Therefore
 /// the picture is divided into raster tiles, a fixed grid that depends only on the picture's size.
@@ -50,6 +57,10 @@ class SceneRasterizer {
     void compute(std::string_view shader, std::string_view definitions, const Window& area,
                  const ShaderArgument& second = {});
 
+    /// Shades hits, which must be bound at PEELER_HITS in the order of `groups`, and writes their
+    /// colours to PEELER_HIT_COLORS. Needs no tile and no band.
+    void shadeHits(std::span<const HitGroup> groups);
+
     /// Returns the window of the picture that can contain fragments, for any sample position. Takes
     /// about as long as setTile().
     Window drawnWindow() const;
@@ -81,6 +92,7 @@ class SceneRasterizer {
     /// Returns `area` relative to the tile, y up: x0, y0, x1, y1.
     Window inTile(const Window& area) const;
     void uploadDrawRecords();
+    void bindMaterial(std::size_t material) const;
     Window grown(const Window& bounds, const Draw& draw) const;
     /// Enlarges the buffer to at least this size; discards its contents.
     void reserve(gl::Buffer& buffer, std::size_t bytes) const;

@@ -73,8 +73,11 @@ const gl::Program& ShaderVariants::program(const std::vector<std::string_view>& 
 const gl::Program& ShaderVariants::variant(const GeometryPass& pass, const Draw& draw) {
     const Variant wanted = variantOf(pass, draw);
     const gl::Program*& cached = variants_[{pass.fragment_shader, pass.definitions, wanted}];
-    if (!cached)
-        cached = &program({"scene.vert", pass.fragment_shader}, definitionsOf(pass, wanted));
+    if (!cached) {
+        std::vector<std::string_view> files{pass.fragment_shader};
+        if (!pass.fragment_shader.ends_with(".comp")) files.insert(files.begin(), "scene.vert");
+        cached = &program(files, definitionsOf(pass, wanted));
+    }
     return *cached;
 }
 

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -23,11 +24,20 @@ namespace {
 class PixelProjection {
   public:
     explicit PixelProjection(const View& view)
-        : rays_(view), camera_from_world_(glm::inverse(view.camera_to_world)) {}
+        : rays_(view), camera_from_world_(glm::inverse(view.camera_to_world)) {
+        if (const LensCamera* const camera = lensCameraOf(view))
+            lens_.emplace(camera->lens, camera->intrinsics, Size{view.width, view.height});
+    }
 
-    /// Returns false if the camera is perspective and the point is not in front of it.
+    /// Returns false if the camera does not see the point: one without a lens sees what is in front
+    /// of it.
     bool project(const glm::dvec3& world, glm::dvec2& pixel) const {
         const glm::dvec3 point(camera_from_world_ * glm::dvec4(world, 1));
+        if (lens_) {
+            const auto seen = lens_->pixel(point);
+            if (seen) pixel = *seen;
+            return seen.has_value();
+        }
         if (rays_.perspective() && !(point.z < 0)) return false;
         pixel = rays_.pixel(point);
         return true;
@@ -35,6 +45,7 @@ class PixelProjection {
 
   private:
     PixelRays rays_;
+    std::optional<LensRays> lens_;
     glm::dmat4 camera_from_world_;
 };
 

@@ -245,7 +245,9 @@ View canvasOf(const View& view, int times, Window& picture) {
             "a picture of all directions has no surroundings: " + view.rays->lens()->lens.model, "",
             "leave the canvas out");
     View canvas = view;
-    if (view.rays) canvas.rays = enlargedPicture(view.rays, around * glm::ivec2(width, height));
+    if (view.rays)
+        canvas.rays = mappedPicture(view.rays, glm::dvec2(-around * glm::ivec2(width, height)),
+                                    glm::dvec2(1));
     // The display window grows equally on all sides, so that its centre stays on the optical axis.
     canvas.width += 2 * around * width;
     canvas.height += 2 * around * height;

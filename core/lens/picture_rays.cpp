@@ -51,26 +51,29 @@ class LensPicture final : public PictureRays {
     LensRays rays_;
 };
 
-class EnlargedPicture final : public PictureRays {
+class MappedPicture final : public PictureRays {
   public:
-    EnlargedPicture(std::shared_ptr<const PictureRays> inner, const glm::ivec2& corner)
-        : inner_(std::move(inner)), corner_(corner) {}
+    MappedPicture(std::shared_ptr<const PictureRays> inner, const glm::dvec2& first,
+                  const glm::dvec2& step)
+        : inner_(std::move(inner)), first_(first), step_(step) {}
 
-    Ray at(const glm::dvec2& pixel) const override { return inner_->at(pixel - corner_); }
+    Ray at(const glm::dvec2& pixel) const override { return inner_->at(first_ + step_ * pixel); }
     RayDifferentials differentials(const glm::dvec2& pixel) const override {
-        return inner_->differentials(pixel - corner_);
+        const auto [per_x, per_y] = inner_->differentials(first_ + step_ * pixel);
+        return {{step_.x * per_x.origin, step_.x * per_x.direction},
+                {step_.y * per_y.origin, step_.y * per_y.direction}};
     }
     bool oneEye() const override { return inner_->oneEye(); }
     std::string text() const override {
-        std::string text = inner_->text() + "; corner";
-        append(corner_.x, text);
-        append(corner_.y, text);
+        std::string text = inner_->text() + "; mapped";
+        for (const double number : {first_.x, first_.y, step_.x, step_.y})
+            append(number, text);
         return text;
     }
 
   private:
     std::shared_ptr<const PictureRays> inner_;
-    glm::dvec2 corner_;
+    glm::dvec2 first_, step_;
 };
 
 /// The rotation between two poses, as in animations of glTF (slerp), with portable functions.
@@ -148,9 +151,9 @@ RayDifferentials PictureRays::differentials(const glm::dvec2&) const {
     return {};
 }
 
-std::shared_ptr<const PictureRays> enlargedPicture(std::shared_ptr<const PictureRays> inner,
-                                                   const glm::ivec2& corner) {
-    return std::make_shared<EnlargedPicture>(std::move(inner), corner);
+std::shared_ptr<const PictureRays> mappedPicture(std::shared_ptr<const PictureRays> inner,
+                                                 const glm::dvec2& first, const glm::dvec2& step) {
+    return std::make_shared<MappedPicture>(std::move(inner), first, step);
 }
 
 std::shared_ptr<const PictureRays> lensPicture(const LensCamera& camera, const Size& size) {

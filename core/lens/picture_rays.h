@@ -64,10 +64,10 @@ class PictureRays {
 /// Returns the rays of a lens. Throws like LensRays::LensRays().
 std::shared_ptr<const PictureRays> lensPicture(const LensCamera& camera, const Size& size);
 
-/// Returns the rays of a picture, of which another one is a part. `corner`: position in the picture
-/// of the pixel (0, 0) of `inner`, which must also have rays outside.
-std::shared_ptr<const PictureRays> enlargedPicture(std::shared_ptr<const PictureRays> inner,
-                                                   const glm::ivec2& corner);
+/// Returns the rays of a picture whose pixel p is the point first + step · p of `inner`, which must
+/// also have rays outside its picture.
+std::shared_ptr<const PictureRays> mappedPicture(std::shared_ptr<const PictureRays> inner,
+                                                 const glm::dvec2& first, const glm::dvec2& step);
 
 /// Returns the rays of a camera that moves while the rows of its picture are exposed (rolling
 /// shutter). The first pose, camera to world, is that of the upper edge of the picture, the last

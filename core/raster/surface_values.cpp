@@ -11,6 +11,7 @@
 #include "core/base/parallel.h"
 #include "core/fragments/surface_channels.h"
 #include "core/image/channels.h"
+#include "core/raster/surface_points.h"
 #include "core/scene/elements.h"
 #include "core/scene/material.h"
 #include "core/scene/view.h"
@@ -136,49 +137,6 @@ Window texelsAround(const Image& image, const TextureRef& texture,
 
 namespace {
 
-/// A hit, with the inputs for its channels.
-struct SurfacePoint {
-    const PosedScene& posed;
-    const WorldElement& element;
-    const Material& material;
-    std::array<double, 3> weight;
-    glm::dvec3 direction;  // direction of the ray, not normalised
-    glm::dvec3 facet;      // normal of the triangle, toward the ray; not normalised
-    double side = 1;       // −1 if the ray hits the back
-    const TextureLevels* levels = nullptr;  // null: textures at their finest level
-    // The change of `weight` from a pixel to the next, to the right and downwards.
-    std::array<std::array<double, 3>, 2> weight_per{};
-
-    template <class Value>
-    auto mean(const std::vector<Value>& values) const {
-        return weighted(values, element.corners.vertex, weight);
-    }
-    Geometry geometry() const {
-        return {element.instance->mesh, element.origin.primitive, element.instance->deformed};
-    }
-    const std::vector<glm::vec2>& texcoords(int set) const {
-        return posed.texcoords(geometry(), set == 0 ? 0 : 1);
-    }
-    glm::dvec2 texcoord(int set) const {
-        const auto& values = texcoords(set);
-        return values.empty() ? glm::dvec2(0) : mean(values);
-    }
-    /// Returns the texel at the hit; ones if there is no texture.
-    glm::dvec4 textured(const TextureRef& texture, bool srgb) const {
-        if (!texture) return glm::dvec4(1);
-        const glm::dvec2 uv = texcoord(texture.texcoord);
-        if (levels) return levels->sample(texture, uv, footprint(texture.texcoord), srgb);
-        return texelAt(posed.scene().images[static_cast<std::size_t>(texture.image)], texture, uv,
-                       srgb);
-    }
-    TextureFootprint footprint(int set) const {
-        const auto& values = texcoords(set);
-        if (values.empty()) return {};
-        const auto& vertex = element.corners.vertex;
-        return {weighted(values, vertex, weight_per[0]), weighted(values, vertex, weight_per[1])};
-    }
-};
-
 /// Returns the normal without a normal map (shaders/normal.glsl).
 glm::dvec3 interpolatedNormal(const SurfacePoint& point) {
     const WorldElement& element = point.element;
@@ -250,6 +208,20 @@ void texcoords(const SurfacePoint& point, float* out) {
     const glm::dvec2 uv = point.texcoord(0);
     out[0] = static_cast<float>(uv.x);
     out[1] = static_cast<float>(uv.y);
+}
+
+/// Writes the direction of increasing U, and the sign with which cross(normal, tangent) points up
+/// the image (surfaceTangent() of shaders/channels.frag).
+void tangentOf(const SurfacePoint& point, float* out) {
+    const glm::dvec3 normal = interpolatedNormal(point);
+    const auto [tangent, bitangent] = tangentFrame(point, point.material.normal_texture, normal);
+    const double size = glm::length(tangent);
+    const glm::dvec3 unit = size > 0 ? point.side / size * tangent : glm::dvec3(0);
+    const double up = glm::dot(glm::cross(normal, unit), bitangent);
+    const double sign = up > 0 ? 1 : up < 0 ? -1 : 0;
+    for (int i = 0; i < 3; ++i)
+        out[i] = static_cast<float>(unit[i]);
+    out[3] = static_cast<float>(size > 0 ? point.side * sign : 0);
 }
 
 /// Returns the base colour with straight alpha.
@@ -328,33 +300,15 @@ using EvaluateSurface = void (*)(const SurfacePoint&, float*);
 
 /// The other channels are computed from Z and primitive, or are not supported.
 constexpr std::pair<Channel, EvaluateSurface> kSurfaceChannels[] = {
-    {Channel::kNormal, shadingNormal},
-    {Channel::kUv, texcoords},
-    {Channel::kBaseColor, baseColor},
-    {Channel::kEmissive, emissive},
-    {Channel::kRoughnessMetallic, roughnessMetallic},
+    {Channel::kNormal, shadingNormal}, {Channel::kUv, texcoords},
+    {Channel::kTangent, tangentOf},    {Channel::kBaseColor, baseColor},
+    {Channel::kEmissive, emissive},    {Channel::kRoughnessMetallic, roughnessMetallic},
 };
 
 EvaluateSurface evaluationOf(Channel channel) {
     for (const auto& [one, evaluate] : kSurfaceChannels)
         if (one == channel) return evaluate;
     return nullptr;
-}
-
-/// Returns the change of the barycentric weights from a pixel to the next: of the point where the
-/// ray meets the triangle's plane (Igehy 1999, §3.1.1).
-std::array<double, 3> weightChange(const WorldElement& element, const glm::dvec3& normal,
-                                   const Ray& ray, double t, const Ray& change) {
-    const glm::dvec3 moved = change.origin + t * change.direction;
-    const glm::dvec3 along =
-        moved - ray.direction * (glm::dot(moved, normal) / glm::dot(ray.direction, normal));
-    const double square = glm::dot(normal, normal);
-    const glm::dvec3 a = element.corner[1] - element.corner[0];
-    const glm::dvec3 b = element.corner[2] - element.corner[0];
-    const double second = glm::dot(glm::cross(along, b), normal) / square;
-    const double third = glm::dot(glm::cross(a, along), normal) / square;
-    if (!std::isfinite(second) || !std::isfinite(third)) return {};
-    return {-second - third, second, third};
 }
 
 /// Calls use(i, point) for each hit of a pixel's ray. `keys`: those of the hits.
@@ -369,24 +323,7 @@ void forEachPoint(const PosedScene& posed, const View& view, const glm::ivec2& p
     for (std::size_t i = 0; i < keys.size(); ++i) {
         WorldElement element = elementOf(posed, keys[i]);
         placeCorners(posed, element);
-        const glm::dvec3 normal = element.normal();
-        const bool back = glm::dot(normal, ray.direction) > 0;
-        SurfacePoint point{
-            posed,
-            element,
-            posed.scene().materials[static_cast<std::size_t>(element.primitive->material)],
-            element.weightsAt(ray.origin, ray.direction),
-            ray.direction,
-            back ? -normal : normal,
-            back ? -1.0 : 1.0,
-            levels};
-        if (levels) {
-            const double t = glm::dot(element.weighted(point.weight) - ray.origin, ray.direction) /
-                             glm::dot(ray.direction, ray.direction);
-            point.weight_per = {weightChange(element, normal, ray, t, change.per_x),
-                                weightChange(element, normal, ray, t, change.per_y)};
-        }
-        use(i, point);
+        use(i, surfacePoint(posed, element, ray, levels ? &change : nullptr, levels));
     }
 }
 
@@ -442,9 +379,10 @@ std::vector<float> surfaceValues(const PosedScene& posed, const View& view,
 }
 
 void fillHitChannels(const PosedScene& posed, const View& view, std::span<const Channel> channels,
-                     PixelType color_type, LayeredImage& band, const TextureLevels* levels) {
+                     PixelType color_type, LayeredImage& band, const TextureLevels* levels,
+                     const NextFrame* next) {
     const std::span<const std::uint32_t> keys = band.extra.front().as<std::uint32_t>();
-    FragmentSources sources{posed, view, nullptr, keys, {}, nullptr};
+    FragmentSources sources{posed, view, next, keys, {}, nullptr};
     std::vector<float> values;
     std::vector<std::uint32_t> places;
     if (shadedComponents(channels) > 0) {

@@ -15,6 +15,7 @@
 #include <peeler/channels.h>
 #include <peeler/layered_image.h>
 #include <peeler/view.h>
+#include "core/fragments/surface_channels.h"
 #include "core/raster/texture_levels.h"
 #include "core/scene/posed_scene.h"
 
@@ -50,8 +51,7 @@ Window texelsAround(const Image& image, const TextureRef& texture,
 glm::dvec4 texelIn(const Image& image, const Sampler& sampler, const glm::dvec2& at, bool nearest,
                    bool srgb);
 
-/// Throws Error (kUsage) if surfaceValues() does not support one of the channels. Only the tangent
-/// is not supported; bundles never request it.
+/// Throws Error (kUsage) if surfaceValues() does not support one of the channels.
 void checkSurfaceChannels(std::span<const Channel> channels);
 
 /// Throws Error (kInternal) if the settings request a picture or features that only pictures have
@@ -70,10 +70,11 @@ std::vector<float> surfaceValues(const PosedScene& posed, const View& view,
                                  const TextureLevels* levels = nullptr);
 
 /// Fills the channels of a band of hits, which are the arrays behind that of the keys, extra[0].
-/// `color_type` is the type of channels like colours. `levels` is as for surfaceValues().
+/// `color_type` is the type of channels like colours. `levels` is as for surfaceValues(), `next` as
+/// in FragmentSources.
 void fillHitChannels(const PosedScene& posed, const View& view, std::span<const Channel> channels,
                      PixelType color_type, LayeredImage& band,
-                     const TextureLevels* levels = nullptr);
+                     const TextureLevels* levels = nullptr, const NextFrame* next = nullptr);
 
 /// The colours of hits without light: base colour and opacity, with filtered textures, as
 /// Shading::kUnlit shades them (shaders/shade.glsl). The opacity of glass is a single alpha

@@ -58,6 +58,7 @@ struct TracedPlan final : CapturePlan::Details {
 
     View view;
     CaptureSettings settings;
+    std::uint64_t number = 0;  ///< among the plans of a source, from 1
     DepthComplexity complexity;
     std::vector<TracedRows> kept{};                          ///< from the top
     std::uint64_t largest_rows = 0;                          ///< bytes of the largest TracedRows
@@ -127,7 +128,7 @@ struct TracedHits::State {
     void keep(TracedPlan& plan, TracedRows&& rows, std::uint64_t most);
     BandCosts costs(const TracedPlan& traced, const Plan& plan, const Sink& sink) const;
     const TracedRows& rowsOf(const TracedPlan& plan, int y);
-    void captureBand(const TracedPlan& plan, const Window& band);
+    void captureBand(const TracedPlan& plan, const Window& band, LayeredImage& out);
 
     PosedScene posed;
     HitSource* others;     ///< may be null
@@ -136,7 +137,9 @@ struct TracedHits::State {
     StageTimes times;
     std::shared_ptr<std::atomic<std::uint64_t>> kept_bytes =
         std::make_shared<std::atomic<std::uint64_t>>(0);
-    TracedRows again;  ///< rows that capture() traces again
+    TracedRows again;            ///< rows that were traced again
+    std::uint64_t again_of = 0;  ///< TracedPlan::number of these rows
+    std::uint64_t plans = 0;     ///< number of plans made
     LayeredImage image;
 };
 
@@ -240,6 +243,7 @@ CapturePlan TracedHits::plan(const View& view, const CaptureSettings& settings,
     s.build(settings.memory);
     const StageTimer timer(s.times, "count");
     auto traced = std::make_shared<TracedPlan>(view, settings, s.kept_bytes);
+    traced->number = ++s.plans;
     const Window& crop = view.crop;
     const std::uint64_t most = s.mostKept(crop, settings);
     std::uint64_t without_ray = 0;
@@ -281,22 +285,23 @@ const TracedRows& TracedHits::State::rowsOf(const TracedPlan& plan, int y) {
     if (static_cast<std::size_t>(index) < plan.kept.size())
         return plan.kept[static_cast<std::size_t>(index)];
     const int first = crop.y0 + index * height;
-    if (again.window.empty() || again.window.y0 != first) {
+    if (again_of != plan.number || again.window.empty() || again.window.y0 != first) {
         const StageTimer timer(times, "count");
         again = {};
+        again_of = plan.number;
         again = trace(plan, rowsAt(crop, first));
     }
     return again;
 }
 
 /// Copies the hits of a band from traced rows, and fills the channels.
-void TracedHits::State::captureBand(const TracedPlan& plan, const Window& band) {
+void TracedHits::State::captureBand(const TracedPlan& plan, const Window& band, LayeredImage& out) {
     const CaptureSettings& settings = plan.settings;
     std::size_t hits = 0;
     for (int y = band.y0; y < band.y1; ++y)
         hits += plan.complexity.rowFragments(y);
-    beginHitBand(band, hits, {band.pixels(), hits}, settings, image);
-    const std::span keys = image.extra.front().as<std::uint32_t>();
+    beginHitBand(band, hits, {band.pixels(), hits}, settings, out);
+    const std::span keys = out.extra.front().as<std::uint32_t>();
     const auto width = static_cast<std::size_t>(band.width());
     std::uint32_t stored = 0;
     for (int y = band.y0; y < band.y1;) {
@@ -305,17 +310,17 @@ void TracedHits::State::captureBand(const TracedPlan& plan, const Window& band) 
         const std::size_t first = static_cast<std::size_t>(y - rows.window.y0) * width;
         const std::size_t pixels = static_cast<std::size_t>(end - y) * width;
         const std::uint32_t from = rows.offsets[first], to = rows.offsets[first + pixels];
-        std::uint32_t* const offsets = image.offsets.data() + image.pixelIndex(band.x0, y);
+        std::uint32_t* const offsets = out.offsets.data() + out.pixelIndex(band.x0, y);
         for (std::size_t p = 0; p < pixels; ++p)
             offsets[p] = stored + rows.offsets[first + p] - from;
-        std::copy(rows.z.begin() + from, rows.z.begin() + to, image.z.begin() + stored);
+        std::copy(rows.z.begin() + from, rows.z.begin() + to, out.z.begin() + stored);
         std::copy(rows.keys.begin() + from, rows.keys.begin() + to, keys.begin() + stored);
         stored += to - from;
         y = end;
     }
-    image.offsets.back() = stored;
+    out.offsets.back() = stored;
     if (!settings.channels.empty())
-        fillHitChannels(posed, plan.view, settings.channels, settings.color_type, image, &levels);
+        fillHitChannels(posed, plan.view, settings.channels, settings.color_type, out, &levels);
 }
 
 namespace {
@@ -351,11 +356,10 @@ CaptureReport TracedHits::capture(const CapturePlan& planned, Sink& sink,
     const auto bands =
         cutBands(crop, limits, [&](int y) { return plan->complexity.rowFragments(y); });
     CaptureReport report{.passes = 1};
-    s.again = {};
     for (const Window& band : bands) {
         {
             const StageTimer timer(s.times, "capture");
-            s.captureBand(*plan, band);
+            s.captureBand(*plan, band, s.image);
         }
         ++report.bands;
         sink.write(std::move(s.image));
@@ -365,6 +369,12 @@ CaptureReport TracedHits::capture(const CapturePlan& planned, Sink& sink,
     }
     s.again = {};
     return report;
+}
+
+void TracedHits::captureBand(const CapturePlan& planned, const Window& band, LayeredImage& out) {
+    const auto plan = tracedPlan(planned);
+    if (!plan) throw Error(ErrorKind::kInternal, "the plan is not for traced rays");
+    state_->captureBand(*plan, band, out);
 }
 
 }  // namespace peeler

@@ -28,6 +28,9 @@ class TracedHits final : public HitSource {
                      const Progress& progress = {}) override;
     CaptureReport capture(const CapturePlan& plan, Sink& sink,
                           const Progress& progress = {}) override;
+    /// Finds the hits of a band of a plan for a view with View::rays. The band must be as wide as
+    /// the crop. Overwrites `out`, except that it keeps its memory.
+    void captureBand(const CapturePlan& plan, const Window& band, LayeredImage& out);
     std::uint64_t forecastMemory(const CapturePlan& plan, const Sink& sink) override;
     const PosedScene& posed() const override;
     bool prefersLines() const override;

@@ -214,8 +214,8 @@ TEST(PictureRays, DifferentialsAreDerivatives) {
         lensPicture({Lens{"opencv", {-0.1, 0.02, 1e-3, 2e-3}}, {90, 95, 50, 40}}, {100, 80});
     glm::dmat4 end(1);
     end[3] = glm::dvec4(3, 1, 2, 1);
-    for (const auto& rays :
-         {lens, enlargedPicture(lens, {7, -5}), shutterPicture(lens, {glm::dmat4(1), end}, 80)}) {
+    for (const auto& rays : {lens, mappedPicture(lens, {-7, 5}, {1, 1}),
+                             shutterPicture(lens, {glm::dmat4(1), end}, 80)}) {
         const glm::dvec2 pixel(33.5, 61.5);
         const RayDifferentials found = rays->differentials(pixel);
         const auto compare = [&](const Ray& change, const glm::dvec2& step) {

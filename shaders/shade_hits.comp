@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// Shades hits of traced rays, whose surface attributes and derivatives the CPU calculates.
+#define TRACED
+#include "shade.glsl"
+
+layout(local_size_x = 64) in;
+
+layout(location = 0) uniform ivec4 hits_of_draw;  // x: first hit, y: number of hits
+
+layout(std430, binding = PEELER_HITS) readonly buffer Hits { HitRecord hits[]; };
+layout(std430, binding = PEELER_HIT_COLORS) writeonly buffer HitColors { PACKED_COLOR hit_colors[]; };
+
+void main() {
+    if (gl_GlobalInvocationID.x >= uint(hits_of_draw.y)) return;
+    uint index = uint(hits_of_draw.x) + gl_GlobalInvocationID.x;
+    HitRecord hit = hits[index];
+    surface = Surface(hit.position.xyz, hit.normal.xyz, hit.tangent, hit.texcoords, hit.color);
+    is_front = hit.position.w > 0.0;
+    toward_eye = hit.toward.xyz;
+#ifdef TRANSMISSION
+    mesh_scale = hit.toward.w;
+#endif
+    Gradients gradients = Gradients(hit.texcoords_dx, hit.texcoords_dy, hit.position_dx.xyz, hit.position_dy.xyz);
+    StoredColor stored = fragmentColor(baseColor(gradients), gradients);
+#ifdef TINTED
+    hit_colors[2u * index] = stored.color;
+    hit_colors[2u * index + 1u] = stored.opacity;
+#else
+    hit_colors[index] = stored.color;
+#endif
+}
