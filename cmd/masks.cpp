@@ -209,8 +209,8 @@ void Masks::open() {
     reporter_.detail("found " + countText(objects_.objects.size(), "object"));
 }
 
-/// Throws Error (kUsage) if a view has a lens and an option needs GL. Warns of lines and points,
-/// which rays do not hit.
+/// Throws Error (kUsage) if a view has a lens and the options clip the scene. Warns of lines and
+/// points, which rays do not hit.
 void Masks::checkLenses() {
     const auto lens =
         std::ranges::find_if(seen_, [](const View& view) { return view.rays != nullptr; });
@@ -218,9 +218,6 @@ void Masks::checkLenses() {
     if (options_.clip.volume.active() || !options_.clip.meshes.empty())
         refuse("masks through a lens cannot be clipped",
                "--clip-box, --clip-plane, --clip-mesh" + ofCamera(*lens), "leave them out");
-    if (options_.pictures.asked)
-        refuse("pictures cannot be taken through a lens", "--rgb" + ofCamera(*lens),
-               "leave it out; peeler rays --map base-color makes a picture without light");
     warnOfThin(job_.pose(), options_.scene, "masks", reporter_);
 }
 

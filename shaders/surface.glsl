@@ -23,17 +23,16 @@ layout(location = PEELER_SURFACE) in Surface
     vec4 tangent;
     vec4 texcoords;
     vec4 color;
-} surface;
-
 #ifdef TRACED
-// shade_hits.comp sets these variables and `surface`.
-bool is_front;
-vec3 toward_eye;
+} surface = Surface(vec3(0.0), vec3(0.0), vec4(0.0), vec4(0.0), vec4(0.0));  // set by shade_hits.comp
+bool is_front = true;
+vec3 toward_eye = vec3(0.0);
 #define world_from_view mat3(frame.world_from_view)
 #define material_color material.base_color
 #define material_emissive material.emissive
 #define material_factors material.factors
 #else
+} surface;
 layout(location = PEELER_WORLD_FROM_VIEW) flat in mat3 world_from_view;
 layout(location = PEELER_MATERIAL_COLOR) flat in vec4 material_color;
 layout(location = PEELER_MATERIAL_EMISSIVE) flat in vec4 material_emissive;

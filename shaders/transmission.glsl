@@ -19,7 +19,7 @@ layout(binding = PEELER_THICKNESS_UNIT) uniform sampler2D thickness_texture;
 #endif
 
 #ifdef TRACED
-float mesh_scale;
+float mesh_scale = 1.0;  // set by shade_hits.comp
 #else
 layout(location = PEELER_MESH_SCALE) flat in float mesh_scale;
 #endif

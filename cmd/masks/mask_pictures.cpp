@@ -78,7 +78,10 @@ std::string MaskPictures::hash(const View& view, const ClipVolume& clip, nlohman
 void MaskPictures::write(const View& view, const PosedScene& posed, const ClipVolume& clip,
                          const Provenance& provenance, const std::filesystem::path& path,
                          PictureResult& result) {
+    // Masks through lenses need no renderer.
+    if (!job_.renderer()) job_.openRenderer(posed);
     GlRenderer& renderer = *job_.renderer();
+    if (view.rays) renderer.setPose(posed);
     CaptureSettings settings = this->settings(clip);
     settings.tinted = job_.wantsTint(posed);
     OutputOptions output = options_.output.from(provenance);

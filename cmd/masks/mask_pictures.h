@@ -40,7 +40,8 @@ class MaskPictures {
     std::string hash(const View& view, const ClipVolume& clip, nlohmann::json more,
                      Provenance provenance) const;
 
-    /// Captures and writes the picture of a view, with the open GlRenderer. Sets the display
+    /// Captures and writes the picture of a view. Opens the GlRenderer if it is not open; for views
+    /// without a lens, it must show `posed`. Sets the display
     /// transform in `result`.
     void write(const View& view, const PosedScene& posed, const ClipVolume& clip,
                const Provenance& provenance, const std::filesystem::path& path,
