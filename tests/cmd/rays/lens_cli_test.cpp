@@ -228,10 +228,6 @@ TEST_F(LensRaysCli, CamerasOfAFileHaveTheirLenses) {
         traced({"--views", "3", "--lens", "fisheye", "--fov", "120", "--size", "64x64"}, "a.npz")
             .at("bundles"),
         3);
-    const Outcome render =
-        runPeeler({"render", scene_.string(), "--cameras", cameras, "-o", scratch_ / "r@@@@.exr"});
-    EXPECT_EQ(render.exit_code, 3);
-    EXPECT_TRUE(contains(render.err, "lens distortion is not rendered")) << render.err;
 }
 
 TEST_F(LensRaysCli, ContradictionsAreRefused) {

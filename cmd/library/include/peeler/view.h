@@ -63,7 +63,7 @@ struct View {
     bool known = true;               ///< false = the file has no camera, only windows
     /// The rays of a lens, of a moving camera, or of a list; null for a pinhole and for parallel
     /// rays. If set, `projection` is that of a pinhole camera and defines only the depth range, Z
-    /// and the range are distances along the rays, and only hits can be captured, without GL.
+    /// and the range are distances along the rays, and the CPU finds the fragments.
     std::shared_ptr<const PictureRays> rays{};
 };
 
