@@ -24,7 +24,7 @@ vec4 surfaceTangent(vec3 normal, Gradients g) {
     tangentFrame(normal, PEELER_NORMAL_UNIT, g, tangent, bitangent);
     float size = dot(tangent, tangent);
     if (!(size > 0.0)) return vec4(0.0);
-    float side = gl_FrontFacing ? 1.0 : -1.0;  // reverts the flip of tangentFrame() on back faces
+    float side = on_front ? 1.0 : -1.0;  // reverts the flip of tangentFrame() on back faces
     return vec4(side * tangent * inversesqrt(size), side * sign(dot(cross(normal, side * tangent), bitangent)));
 }
 #endif

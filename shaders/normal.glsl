@@ -15,7 +15,7 @@ vec3 facetNormal(Gradients g) { return cross(g.position_dx, g.position_dy); }
 vec3 geometricNormal(Gradients g) {
     vec3 facet = facetNormal(g);
     if ((DRAW_FLAGS & PEELER_HAS_NORMALS) != 0u && dot(surface.normal, surface.normal) > 0.0)
-        return (is_front ? 1.0 : -1.0) * normalize(surface.normal);
+        return (on_front ? 1.0 : -1.0) * normalize(surface.normal);
     return dot(facet, facet) > 0.0 ? normalize(facet) : vec3(0.0, 0.0, 1.0);
 }
 
@@ -27,7 +27,7 @@ vec3 geometricNormal(Gradients g) {
 /// they are used unchanged, since no specification transforms them. In both cases, Khronos' sample
 /// renderer (getNormalInfo) and three.js (getTangentFrame) do the same.
 void tangentFrame(vec3 normal, int unit, Gradients g, out vec3 tangent, out vec3 bitangent) {
-    float side = is_front ? 1.0 : -1.0;
+    float side = on_front ? 1.0 : -1.0;
     if ((DRAW_FLAGS & PEELER_HAS_TANGENTS) != 0u) {
         float size = dot(surface.tangent.xyz, surface.tangent.xyz);  // the node may scale the tangent
         tangent = surface.tangent.xyz * (size > 0.0 ? side * inversesqrt(size) : 0.0);

@@ -15,7 +15,7 @@ void main() {
     uint index = uint(hits_of_draw.x) + gl_GlobalInvocationID.x;
     HitRecord hit = hits[index];
     surface = Surface(hit.position.xyz, hit.normal.xyz, hit.tangent, hit.texcoords, hit.color);
-    is_front = hit.position.w > 0.0;
+    on_front = hit.position.w > 0.0;
     toward_eye = hit.toward.xyz;
 #ifdef TRANSMISSION
     mesh_scale = hit.toward.w;

@@ -25,7 +25,7 @@ layout(location = PEELER_SURFACE) in Surface
     vec4 color;
 #ifdef TRACED
 } surface = Surface(vec3(0.0), vec3(0.0), vec4(0.0), vec4(0.0), vec4(0.0));  // set by shade_hits.comp
-bool is_front = true;
+bool on_front = true;
 vec3 toward_eye = vec3(0.0);
 #define world_from_view mat3(frame.world_from_view)
 #define material_color material.base_color
@@ -37,7 +37,7 @@ layout(location = PEELER_WORLD_FROM_VIEW) flat in mat3 world_from_view;
 layout(location = PEELER_MATERIAL_COLOR) flat in vec4 material_color;
 layout(location = PEELER_MATERIAL_EMISSIVE) flat in vec4 material_emissive;
 layout(location = PEELER_MATERIAL_FACTORS) flat in vec4 material_factors;
-#define is_front gl_FrontFacing
+#define on_front gl_FrontFacing
 #endif
 
 /// Screen-space derivatives. They are undefined after a discard or in divergent control flow, so

@@ -209,7 +209,6 @@ TEST(LensMasks, WhatLensesRefuse) {
         EXPECT_NE(message.find(words), std::string::npos) << message;
     };
     expect(refused(fisheye), "BOP's cam_K describes no lens");
-    expect(refused(fisheye + "--as coco --rgb"), "--rgb");
     expect(refused(fisheye + ids + "--clip-plane 0,0,1,0"), "--clip-plane");
     expect(refused("--lens equirectangular --canvas 3 " + ids), "has no surroundings");
 }
