@@ -360,6 +360,8 @@ void SceneRasterizer::shadeHits(std::span<const HitGroup> groups) {
             {{static_cast<int>(first), static_cast<int>(hits), 0, 0}});
         bindMaterial(draw.material);
         functions().DispatchCompute((hits + kGroup - 1) / kGroup, 1, 1);
+        // Groups have no hits in common, but their shaders access the same buffer.
+        functions().MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
         first += hits;
     }
 }

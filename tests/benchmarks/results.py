@@ -66,7 +66,7 @@ SECTIONS: Dict[str, Section] = {
         "Lenses and lists",
         "peeler and Embree find [the same hits](../README.md#measured-side-by-side) of a lens's pixels, or of a list of LiDAR rays, "
         "in turn. Embree has single precision and may miss hits at edges.",
-        (("table.py", "--build", "{build}", "--rows", "lenses"),)),
+        (("table.py", "--build", "{build}", "--rows", "lenses,lens-views"),)),
     "many-views": Section(
         "Many views",
         "[Data sets](../README.md#measured-side-by-side) of all sample models of 500 triangles or more; pixels are alike where "

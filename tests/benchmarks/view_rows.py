@@ -62,6 +62,27 @@ def views(bench: Bench) -> Rows:
                       note=f"of {len(own)} of the views")
 
 
+def lens_views(bench: Bench) -> Rows:
+    """Times many views through a fisheye, beside the views of a pinhole: hits, layers and pictures."""
+    for _ in bench.at(HD):
+        for name, path in bench.those("gearbox"):
+            count, (side,) = max(4, 100 // bench.shrink), bench.shrunk(512)
+            say(f"{count} views through a fisheye: {name}")
+            folder = bench.scratch / "lens_views"
+            for verb, end, what in (("rays", "npz", "hits"), ("render", "exr", "layers"), ("render", "png", "pictures")):
+                def timed(*more: Any) -> float:
+                    done = run([bench.peeler, verb, path, "-o", emptied(folder) / f"@@@.{end}", "--views", count,
+                                "--size", f"{side}x{side}", "--quiet", *more])
+                    return done.milliseconds / count
+
+                ours, theirs = in_turn([lambda: timed("--lens", "fisheye", "--fov", 60), lambda: timed("--fov", 60)],
+                                       bench.runs)
+                shutil.rmtree(folder)
+                yield Row("a view of many through a fisheye, whole command", f"{name}, {what}", f"{side}x{side}, {count} views",
+                          "a pinhole", ours, theirs, None, mine="fisheye",
+                          details={"views a minute": f"{60_000 / statistics.median(ours):,.0f}"})
+
+
 def models() -> Dict[str, Path]:
     """Returns the models that are large enough, by name; of each model, the form with the fewest extensions."""
     found: Dict[str, Path] = {}
@@ -169,4 +190,4 @@ def masks(bench: Bench) -> Rows:
                       note=f"count, capture and sort: {ours:.0f} ms; of the renders {theirs:.0f} ms")
 
 
-KINDS: Dict[str, Callable[[Bench], Rows]] = {"views": views, "datasets": datasets, "masks": masks}
+KINDS: Dict[str, Callable[[Bench], Rows]] = {"views": views, "lens-views": lens_views, "datasets": datasets, "masks": masks}

@@ -208,7 +208,7 @@ INSTANTIATE_TEST_SUITE_P(
         refusedRender({"--channels", "normal,depth"}, {"A and Z (depth) already: 'depth'"}),
         refusedRender({"-o", "OUT/b.png"}, {"one output: --output ", "a.exr, --output "}),
         refusedRender({"--fov", "nan"}, {"--fov nan"}),
-        refusedRender({"--fov", "180"}, {"between 0 and 180"}),
+        refusedRender({"--fov", "180"}, {"less than 180 degrees"}),
         refusedRender({"--eye", "1,2"}, {"x,y,z"}),
         refusedRender({"--intrinsics", "1,2,3"}, {"fx,fy,cx,cy"}),
         refusedRender({"--intrinsics", "1,0,3,4"}, {"greater than 0"}),
