@@ -72,7 +72,15 @@ class DistortedShape : public LensShape {
         const auto flat = Plane::plane(direction);
         return flat ? distortion_.distorted(*flat) : flat;
     }
-    std::optional<LensRay> ray(const glm::dvec2& plane) const override {
+    std::optional<LensRay> ray(const glm::dvec2& plane) const override { return rayOf(plane); }
+    void fill(std::span<const double> columns, std::span<const double> rows,
+              std::span<glm::dvec3> directions) const override {
+        // Inlined, without the derivatives.
+        fillBy([this](const glm::dvec2& point) { return rayOf(point); }, columns, rows, directions);
+    }
+
+  private:
+    std::optional<LensRay> rayOf(const glm::dvec2& plane) const {
         const std::optional<PlaneValue> flat = distortion_.undistorted(plane);
         if (!flat) return {};
         const LensRay ray = Plane::ray(flat->value);
@@ -81,7 +89,6 @@ class DistortedShape : public LensShape {
                        ray.per_x * slopes[1].x + ray.per_y * slopes[1].y};
     }
 
-  private:
     Distortion distortion_;
 };
 

@@ -38,6 +38,20 @@ std::optional<LensRay> LensRays::ray(const glm::dvec2& pixel) const {
     return LensRay{turned(ray->direction), turned(ray->per_x) / fx, turned(ray->per_y) / fy};
 }
 
+std::vector<glm::dvec3> LensRays::directions(const Window& window, const glm::dvec2& sample) const {
+    const auto& [fx, fy, cx, cy] = intrinsics_;
+    std::vector<double> columns, rows;
+    for (int x = window.x0; x < window.x1; ++x)
+        columns.push_back((x + sample.x - 0.5 - cx) / fx);
+    for (int y = window.y0; y < window.y1; ++y)
+        rows.push_back((y + sample.y - 0.5 - cy) / fy);
+    std::vector<glm::dvec3> directions(window.pixels());
+    shape_->fill(columns, rows, directions);
+    for (glm::dvec3& direction : directions)
+        direction = turned(direction);
+    return directions;
+}
+
 Intrinsics intrinsicsOfAngle(const Lens& lens, double angle, const Size& size) {
     const LensModel& model = lensModel(lens);
     if (model.in_pixels || model.filling)

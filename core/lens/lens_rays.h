@@ -5,6 +5,7 @@
 #include <glm/glm.hpp>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include <peeler/camera_choice.h>
 #include "core/lens/lens.h"
@@ -30,6 +31,10 @@ class LensRays {
     /// pixel coordinates; nothing if the lens maps no direction to the point: beyond its largest
     /// angle, or where its distortion folds back.
     std::optional<LensRay> ray(const glm::dvec2& pixel) const;
+
+    /// Returns the directions of the points at `sample` within the pixels of a window, row by row,
+    /// with the bits of ray(); (0, 0, 0) for no direction.
+    std::vector<glm::dvec3> directions(const Window& window, const glm::dvec2& sample) const;
 
   private:
     std::shared_ptr<const LensShape> shape_;

@@ -31,6 +31,24 @@ class LensShape {
     virtual std::optional<glm::dvec2> plane(const glm::dvec3& direction) const = 0;
     /// Returns the ray of a point; nothing if the lens maps no direction to it.
     virtual std::optional<LensRay> ray(const glm::dvec2& plane) const = 0;
+    /// Writes the directions of the rays of a grid's points, row by row; (0, 0, 0) for no ray.
+    virtual void fill(std::span<const double> columns, std::span<const double> rows,
+                      std::span<glm::dvec3> directions) const {
+        fillBy([this](const glm::dvec2& point) { return ray(point); }, columns, rows, directions);
+    }
+
+  protected:
+    template <class RayOf>
+    static void fillBy(const RayOf& ray_of, std::span<const double> columns,
+                       std::span<const double> rows, std::span<glm::dvec3> directions) {
+        auto to = directions.begin();
+        for (const double y : rows) {
+            for (const double x : columns) {
+                const std::optional<LensRay> ray = ray_of(glm::dvec2(x, y));
+                *to++ = ray ? ray->direction : glm::dvec3(0);
+            }
+        }
+    }
 };
 
 // One function per row of the table of models (LensModel::shape), with the meaning of its

@@ -140,6 +140,8 @@ std::optional<glm::dvec2> PlaneDistortion::distorted(const glm::dvec2& point) co
 std::optional<PlaneValue> PlaneDistortion::undistorted(const glm::dvec2& point) const {
     if (!only_radial_) return newton(point);
     const double distorted = std::sqrt(glm::dot(point, point));
+    if (terms_.numerator.size() == 1 && terms_.denominator.size() == 1)  // both are 1
+        return distorted < end_ ? std::optional(PlaneValue{point}) : std::nullopt;
     const auto r = increasingInverse([&](double at) { return radius(at); }, distorted, end_);
     if (!r || !(*r < end_)) return {};
     return scaledRadially(point, distorted, *r, 1 / radius(*r).second);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 #include <string>
+#include <vector>
 
 #include <peeler/error.h>
 #include "core/base/portable_math.h"
@@ -24,13 +25,36 @@ class EquirectangularShape : public LensShape {
                           portableAtan2(direction.y, level));
     }
     std::optional<LensRay> ray(const glm::dvec2& plane) const override {
-        constexpr double kPole = std::numbers::pi / 2 + 1e-9;
-        if (!(std::abs(plane.y) <= kPole && std::abs(plane.x) <= 2 * kPole)) return {};
-        const auto [sin_x, cos_x] = portableSinCos(plane.x);
-        const auto [sin_y, cos_y] = portableSinCos(plane.y);
-        return LensRay{{cos_y * sin_x, sin_y, cos_y * cos_x},
+        const auto longitude = turnOf(plane.x, 2), latitude = turnOf(plane.y, 1);
+        if (!longitude || !latitude) return {};
+        const auto [sin_x, cos_x] = *longitude;
+        const auto [sin_y, cos_y] = *latitude;
+        return LensRay{directionOf(*longitude, *latitude),
                        {cos_y * cos_x, 0, -cos_y * sin_x},
                        {-sin_y * sin_x, cos_y, -sin_y * cos_x}};
+    }
+    void fill(std::span<const double> columns, std::span<const double> rows,
+              std::span<glm::dvec3> directions) const override {
+        std::vector<std::optional<SinCos>> longitudes;
+        for (const double x : columns)
+            longitudes.push_back(turnOf(x, 2));
+        auto to = directions.begin();
+        for (const double y : rows) {
+            const auto latitude = turnOf(y, 1);
+            for (const auto& longitude : longitudes)
+                *to++ = longitude && latitude ? directionOf(*longitude, *latitude) : glm::dvec3(0);
+        }
+    }
+
+  private:
+    /// Returns nothing for an angle of more than some quarters of a turn.
+    static std::optional<SinCos> turnOf(double angle, int quarters) {
+        constexpr double kQuarter = std::numbers::pi / 2 + 1e-9;
+        if (!(std::abs(angle) <= quarters * kQuarter)) return {};
+        return portableSinCos(angle);
+    }
+    static glm::dvec3 directionOf(const SinCos& longitude, const SinCos& latitude) {
+        return {latitude.cos * longitude.sin, latitude.sin, latitude.cos * longitude.cos};
     }
 };
 

@@ -28,6 +28,12 @@ class LensPicture final : public PictureRays {
         const auto ray = rays_.ray(pixel);
         return {glm::dvec3(0), ray ? ray->direction : glm::dvec3(0)};
     }
+    void fill(const Window& window, const glm::dvec2& sample, std::span<Ray> rays) const override {
+        std::ranges::transform(rays_.directions(window, sample), rays.begin(),
+                               [](const glm::dvec3& direction) {
+                                   return Ray{glm::dvec3(0), direction};
+                               });
+    }
     RayDifferentials differentials(const glm::dvec2& pixel) const override {
         const auto ray = rays_.ray(pixel);
         if (!ray) return {};

@@ -26,19 +26,19 @@ PEELER_INLINE const EightFloats& lanesAt(const float* lanes) {
 }
 
 /// Returns a bit for each lane that is true.
-PEELER_INLINE unsigned bitsOf(const EightInts& lanes) {
+PEELER_INLINE unsigned bitsOf(const FourInts& lanes) {
 #ifdef __SSE2__
-    const auto low =
-                   reinterpret_cast<FourFloats>(__builtin_shufflevector(lanes, lanes, 0, 1, 2, 3)),
-               high =
-                   reinterpret_cast<FourFloats>(__builtin_shufflevector(lanes, lanes, 4, 5, 6, 7));
-    return static_cast<unsigned>(__builtin_ia32_movmskps(low) | __builtin_ia32_movmskps(high) << 4);
+    return static_cast<unsigned>(__builtin_ia32_movmskps(reinterpret_cast<FourFloats>(lanes)));
 #else
     unsigned bits = 0;
-    for (int i = 0; i < 8; ++i)
+    for (int i = 0; i < 4; ++i)
         bits |= static_cast<unsigned>(lanes[i]) & 1U << i;
     return bits;
 #endif
+}
+PEELER_INLINE unsigned bitsOf(const EightInts& lanes) {
+    return bitsOf(__builtin_shufflevector(lanes, lanes, 0, 1, 2, 3)) |
+           bitsOf(__builtin_shufflevector(lanes, lanes, 4, 5, 6, 7)) << 4;
 }
 
 }  // namespace peeler

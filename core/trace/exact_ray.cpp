@@ -48,18 +48,17 @@ int compared(const Digits& a, const Digits& b) {
     return 0;
 }
 
-/// Returns 2^exponent; 0 or infinity beyond the doubles.
-double powerOfTwo(int exponent) {
-    if (exponent < -1022 || exponent > 1023) return std::ldexp(1.0, exponent);
-    return std::bit_cast<double>(static_cast<std::uint64_t>(exponent + 1023) << 52);
-}
-
 double toDouble(Wide positive) {
     return static_cast<double>(static_cast<std::uint64_t>(positive >> 64)) * 0x1p64 +
            static_cast<double>(static_cast<std::uint64_t>(positive));
 }
 
 }  // namespace
+
+double powerOfTwo(int exponent) {
+    if (exponent < -1022 || exponent > 1023) return std::ldexp(1.0, exponent);
+    return std::bit_cast<double>(static_cast<std::uint64_t>(exponent + 1023) << 52);
+}
 
 double toDouble(const WideSum& value) {
     return toDouble(value.high) * 0x1p56 + static_cast<double>(value.low);

@@ -45,6 +45,9 @@ PEELER_INLINE WideSum dotOf(const std::array<Wide, 3>& n, const Cells& v) {
     return {high + (low >> WideSum::kLowBits), static_cast<std::uint64_t>(low) & kLow};
 }
 
+/// Returns 2^exponent; 0 or infinity beyond the doubles.
+double powerOfTwo(int exponent);
+
 /// Returns a non-negative number as a double, with a relative error of less than 2^-51.
 double toDouble(const WideSum& value);
 

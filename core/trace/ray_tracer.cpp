@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include <peeler/error.h>
@@ -20,6 +21,10 @@ constexpr std::size_t kVerticesAtOnce = 8192, kRaysAtOnce = 1024;
 /// A hit as one number: the bits of t above the key. The bits of positive floats sort like the
 /// floats.
 using SortedHit = std::uint64_t;
+
+SortedHit sortedHit(float t, std::uint32_t key) {
+    return SortedHit{std::bit_cast<std::uint32_t>(t)} << 32 | key;
+}
 
 bool isFinite(const glm::dvec3& point) {
     // Larger coordinates could overflow.
@@ -149,28 +154,31 @@ std::uint64_t RayTracer::mostBytes(const PosedScene& posed) {
     return bytes;
 }
 
-/// The working storage of a task, and the hits of its rays.
+/// A hit of a ray of a group.
+struct RayTracer::GroupHit {
+    std::uint32_t ray = 0;
+    SortedHit hit = 0;
+};
+
+/// The working storage of a task, and the hits of a group of rays.
 struct RayTracer::Scratch {
     std::vector<std::optional<ExactRay>> exact;
     RayPacket packet;
     std::vector<Candidate> candidates;
-    std::vector<std::uint32_t> in_cone;
+    std::vector<BlockPart> in_cone;
+    std::vector<PacketCandidate> packet_candidates;
     std::vector<RayPacket::Hit> packet_hits;
-    std::array<std::vector<SortedHit>, RayPacket::kMost> found;  ///< by ray of a group
+    std::vector<GroupHit> found;
+    std::vector<SortedHit> sorted;
 };
 
-/// The hits of a task's rays.
-struct RayTracer::Found {
-    std::vector<std::uint32_t> counts;
-    std::vector<float> t;
-    std::vector<std::uint32_t> keys;
-};
-
-/// Applies the rules of culling and of alpha to an intersection.
-bool RayTracer::isHit(const Piece& piece, const ExactRay& ray, const Triangle& triangle, bool back,
-                      Faces faces) const {
+/// Applies the settings and the rules of culling and of alpha to an intersection.
+bool RayTracer::isHit(const Piece& piece, const ExactRay& ray, const Triangle& triangle,
+                      const ExactHit& hit, const TraceSettings& settings) const {
+    if (double{hit.t} < settings.near || !(double{hit.t} < settings.far)) return false;
+    const Faces faces = settings.faces;
     if (faces != Faces::kBoth && !(faces == Faces::kGltf && piece.double_sided)) {
-        const bool shows_back = back != piece.mirrored;
+        const bool shows_back = hit.back != piece.mirrored;
         if (shows_back != (faces == Faces::kBack)) return false;
     }
     if (!piece.alpha) return true;
@@ -181,22 +189,17 @@ bool RayTracer::isHit(const Piece& piece, const ExactRay& ray, const Triangle& t
         exactWeights(ray, cornersOf(triangle)));
 }
 
-void RayTracer::add(std::uint32_t index, const ExactRay& ray, const ExactHit& hit,
-                    const TraceSettings& settings, std::vector<SortedHit>& found) const {
-    if (double{hit.t} < settings.near || !(double{hit.t} < settings.far)) return;
-    const Triangle& triangle = triangles_[index];
-    const Piece& piece = pieces_[piece_of_.surfaceOf(triangle.key)];
-    if (!isHit(piece, ray, triangle, hit.back, settings.faces)) return;
-    found.push_back(SortedHit{std::bit_cast<std::uint32_t>(hit.t)} << 32 | triangle.key);
-}
-
-void RayTracer::traceRay(const ExactRay& ray, const TraceSettings& settings, Scratch& scratch,
-                         std::vector<SortedHit>& found) const {
+/// Traces a ray of the group.
+void RayTracer::traceRay(std::size_t index, const TraceSettings& settings, Scratch& scratch) const {
+    if (!scratch.exact[index]) return;
+    const ExactRay& ray = *scratch.exact[index];
     tree_.candidates(ray, scratch.candidates);
     for (const Candidate& candidate : scratch.candidates) {
-        const CellCorners corners = cornersOf(triangles_[candidate.triangle]);
-        if (const auto hit = exactHit(ray, corners, candidate.inside))
-            add(candidate.triangle, ray, *hit, settings, found);
+        const Triangle& triangle = triangles_[candidate.triangle];
+        const auto hit = exactHit(ray, cornersOf(triangle), candidate.inside);
+        if (hit && isHit(pieceOf(triangle), ray, triangle, *hit, settings))
+            scratch.found.push_back(
+                {static_cast<std::uint32_t>(index), sortedHit(hit->t, triangle.key)});
     }
 }
 
@@ -204,56 +207,79 @@ void RayTracer::traceRay(const ExactRay& ray, const TraceSettings& settings, Scr
 /// false if rays are faster one by one.
 bool RayTracer::tracePacket(std::size_t first, const TraceSettings& settings,
                             Scratch& scratch) const {
-    constexpr std::size_t kMostTriangles = 1024;
+    constexpr std::size_t kMostBlocks = 256;
     const RayPacket& packet = scratch.packet;
-    if (!tree_.candidates(packet.cone(), kMostTriangles, scratch.in_cone)) return false;
-    scratch.packet_hits.clear();
-    for (const std::uint32_t triangle : scratch.in_cone)
-        packet.addHits(cornersOf(triangles_[triangle]), triangle, scratch.packet_hits);
-    for (const RayPacket::Hit& hit : scratch.packet_hits)
-        add(hit.triangle, *scratch.exact[first + hit.ray], {hit.t, hit.back}, settings,
-            scratch.found[first + hit.ray]);
+    if (!tree_.candidates(packet.cone(), kMostBlocks, scratch.in_cone)) return false;
+    packet.candidates(scratch.in_cone, scratch.packet_candidates);
+    for (const PacketCandidate& candidate : scratch.packet_candidates) {
+        const Triangle& triangle = triangles_[candidate.triangle];
+        const Piece& piece = pieceOf(triangle);
+        packet.findHits(cornersOf(triangle), candidate, scratch.packet_hits);
+        for (const RayPacket::Hit& hit : scratch.packet_hits) {
+            const std::size_t ray = first + hit.ray;
+            if (isHit(piece, *scratch.exact[ray], triangle, {hit.t, hit.back}, settings))
+                scratch.found.push_back(
+                    {static_cast<std::uint32_t>(ray), sortedHit(hit.t, triangle.key)});
+        }
+    }
     return true;
 }
 
 void RayTracer::traceGroup(std::span<const Ray> rays, const TraceSettings& settings,
-                           Scratch& scratch, Found& all) const {
+                           Scratch& scratch, HitList& all) const {
     constexpr std::size_t kFewRays = 6;  // are faster one by one
     scratch.exact.clear();
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-        scratch.exact.push_back(ExactRay::make(grid_, rays[i].origin, rays[i].direction));
-        scratch.found[i].clear();
-    }
+    scratch.found.clear();
+    for (const Ray& ray : rays)
+        scratch.exact.push_back(ExactRay::make(grid_, ray.origin, ray.direction));
     for (std::size_t first = 0; first < rays.size();) {
         const std::size_t close =
             scratch.packet.take(std::span(std::as_const(scratch.exact)).subspan(first));
         const std::size_t end = first + std::max(close, std::size_t{1});
         if (close <= kFewRays || !tracePacket(first, settings, scratch)) {
             for (; first < end; ++first)
-                if (scratch.exact[first])
-                    traceRay(*scratch.exact[first], settings, scratch, scratch.found[first]);
+                traceRay(first, settings, scratch);
         }
         first = end;
     }
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-        std::vector<SortedHit>& found = scratch.found[i];
-        std::sort(found.begin(), found.end());
-        all.counts.push_back(static_cast<std::uint32_t>(found.size()));
-        for (const SortedHit hit : found) {
-            all.t.push_back(std::bit_cast<float>(static_cast<std::uint32_t>(hit >> 32)));
-            all.keys.push_back(static_cast<std::uint32_t>(hit));
-        }
+    addSorted(rays.size(), scratch, all);
+}
+
+/// Appends the hits of a group's rays, in order.
+void RayTracer::addSorted(std::size_t rays, Scratch& scratch, HitList& all) {
+    std::array<std::uint32_t, RayPacket::kMost> ends{};
+    for (const GroupHit& hit : scratch.found)
+        ++ends[hit.ray];
+    all.counts.insert(all.counts.end(), ends.begin(), ends.begin() + rays);
+    std::exclusive_scan(ends.begin(), ends.end(), ends.begin(), 0U);
+    scratch.sorted.resize(scratch.found.size());
+    for (const GroupHit& hit : scratch.found)
+        scratch.sorted[ends[hit.ray]++] = hit.hit;
+    for (std::size_t i = 0; i < rays; ++i)
+        std::sort(scratch.sorted.begin() + (i == 0 ? 0 : ends[i - 1]),
+                  scratch.sorted.begin() + ends[i]);
+    const std::size_t before = all.t.size();
+    all.t.resize(before + scratch.sorted.size());
+    all.keys.resize(all.t.size());
+    for (std::size_t i = 0; i < scratch.sorted.size(); ++i) {
+        all.t[before + i] =
+            std::bit_cast<float>(static_cast<std::uint32_t>(scratch.sorted[i] >> 32));
+        all.keys[before + i] = static_cast<std::uint32_t>(scratch.sorted[i]);
     }
 }
 
 void RayTracer::trace(std::span<const Ray> rays, const TraceSettings& settings,
                       RayHits& hits) const {
     const std::size_t tasks = (rays.size() + kRaysAtOnce - 1) / kRaysAtOnce;
-    std::vector<Found> parts(tasks);
+    std::vector<HitList>& parts = hits.parts;
+    parts.resize(tasks);
     ObjectPool<Scratch> scratches;
     hits.offsets.assign(rays.size() + 1, 0);
     parallelFor(tasks, [&](std::size_t task) {
         const std::size_t end = std::min(rays.size(), (task + 1) * kRaysAtOnce);
+        parts[task].counts.clear();
+        parts[task].t.clear();
+        parts[task].keys.clear();
         scratches.with([&](Scratch& scratch) {
             for (std::size_t i = task * kRaysAtOnce; i < end; i += RayPacket::kMost)
                 traceGroup(rays.subspan(i, std::min(RayPacket::kMost, end - i)), settings, scratch,
@@ -261,7 +287,7 @@ void RayTracer::trace(std::span<const Ray> rays, const TraceSettings& settings,
         });
     });
     std::size_t ray = 0;
-    for (const Found& part : parts) {
+    for (const HitList& part : parts) {
         for (const std::uint32_t count : part.counts) {
             hits.offsets[ray + 1] = hits.offsets[ray] + count;
             ++ray;

@@ -19,6 +19,13 @@
 
 namespace peeler {
 
+/// The hits of some rays, one after the other.
+struct HitList {
+    std::vector<std::uint32_t> counts;  ///< by ray
+    std::vector<float> t;
+    std::vector<std::uint32_t> keys;  ///< DrawList
+};
+
 /// The hits of a list of rays. Ray i has the hits offsets[i] to offsets[i + 1] − 1, in order of t;
 /// at equal t in draw order.
 struct RayHits {
@@ -30,6 +37,8 @@ struct RayHits {
     std::size_t count(std::size_t ray) const {
         return static_cast<std::size_t>(offsets[ray + 1] - offsets[ray]);
     }
+
+    std::vector<HitList> parts;  ///< working storage, to keep its memory
 };
 
 /// The settings that decide which intersections are hits (core/README.md, "What a fragment is").
@@ -82,22 +91,23 @@ class RayTracer {
         const AlphaTest* alpha = nullptr;  ///< null if there is no alpha test
         std::uint32_t first_key = 0;
     };
+    struct GroupHit;
     struct Scratch;
-    struct Found;
 
     CellCorners cornersOf(const Triangle& triangle) const {
         return {vertices_[triangle.vertex[0]], vertices_[triangle.vertex[1]],
                 vertices_[triangle.vertex[2]]};
     }
-    bool isHit(const Piece& piece, const ExactRay& ray, const Triangle& triangle, bool back,
-               Faces faces) const;
-    void add(std::uint32_t triangle, const ExactRay& ray, const ExactHit& hit,
-             const TraceSettings& settings, std::vector<std::uint64_t>& found) const;
-    void traceRay(const ExactRay& ray, const TraceSettings& settings, Scratch& scratch,
-                  std::vector<std::uint64_t>& found) const;
+    const Piece& pieceOf(const Triangle& triangle) const {
+        return pieces_[piece_of_.surfaceOf(triangle.key)];
+    }
+    bool isHit(const Piece& piece, const ExactRay& ray, const Triangle& triangle,
+               const ExactHit& hit, const TraceSettings& settings) const;
+    void traceRay(std::size_t index, const TraceSettings& settings, Scratch& scratch) const;
     bool tracePacket(std::size_t first, const TraceSettings& settings, Scratch& scratch) const;
     void traceGroup(std::span<const Ray> rays, const TraceSettings& settings, Scratch& scratch,
-                    Found& all) const;
+                    HitList& all) const;
+    static void addSorted(std::size_t rays, Scratch& scratch, HitList& all);
 
     PosedScene posed_;
     CellGrid grid_;

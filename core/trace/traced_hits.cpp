@@ -27,9 +27,10 @@ namespace {
 // passed to the tracer.
 constexpr std::uint64_t kRaysOfRows = std::uint64_t{1} << 15;
 constexpr int kTile = 8;
+constexpr int kRaysAtOnce = 1024;        // that a thread fills together
 constexpr std::uint64_t kKeptBands = 4;  // maximum bytes of the kept hits, in largest bands
-// The bytes of a ray while it is traced: the ray itself in both orders, and its place.
-constexpr std::uint64_t kRayBytes = 2 * sizeof(Ray) + 3 * sizeof(std::uint64_t);
+// The bytes of a ray while it is traced: the ray itself, and its numbers of hits.
+constexpr std::uint64_t kRayBytes = sizeof(Ray) + 2 * sizeof(std::uint64_t);
 // Planning takes nearly all of the time if all hits are kept.
 constexpr double kTracedPlanShare = 0.8;
 
@@ -72,44 +73,44 @@ Window rowsAt(const Window& crop, int y0) {
     return {crop.x0, y0, crop.x1, std::min(crop.y1, y0 + std::min(limit, crop.y1 - y0))};
 }
 
-/// Returns the pixels of a window tile by tile, as indices of its rows.
-std::vector<std::uint32_t> tiledOrder(const Window& window) {
-    std::vector<std::uint32_t> order;
-    order.reserve(window.pixels());
+/// Calls visit(i) with the pixels of a window tile by tile, as indices of its rows.
+template <class Visit>
+void forEachTiled(const Window& window, const Visit& visit) {
     for (int y0 = 0; y0 < window.height(); y0 += kTile)
         for (int x0 = 0; x0 < window.width(); x0 += kTile)
             for (int y = y0; y < std::min(window.height(), y0 + kTile); ++y)
                 for (int x = x0; x < std::min(window.width(), x0 + kTile); ++x)
-                    order.push_back(static_cast<std::uint32_t>(y * window.width() + x));
-    return order;
+                    visit(static_cast<std::size_t>(y * window.width() + x));
 }
 
-/// Returns the rays of a window in world space, in an order of pixels (empty: row by row).
-std::vector<Ray> raysOf(const View& view, const Window& window,
-                        std::span<const std::uint32_t> order) {
-    std::vector<Ray> rays(window.pixels());
-    const int at_once =
-        std::clamp(1024 / std::max(1, window.width()), 1, std::max(1, window.height()));
+/// Writes the rays of a window in world space, row by row.
+void fillRays(const View& view, const Window& window, std::span<Ray> rays) {
+    view.rays->fill(window, view.sample, rays);
     const glm::dmat3 turn(view.camera_to_world);
-    parallelFor(static_cast<std::size_t>((window.height() + at_once - 1) / at_once),
-                [&](std::size_t task) {
-                    Window rows = window;
-                    rows.y0 += static_cast<int>(task) * at_once;
-                    rows.y1 = std::min(window.y1, rows.y0 + at_once);
-                    const std::span some =
-                        std::span(rays).subspan(static_cast<std::size_t>(rows.y0 - window.y0) *
-                                                    static_cast<std::size_t>(window.width()),
-                                                rows.pixels());
-                    view.rays->fill(rows, view.sample, some);
-                    for (Ray& ray : some)
-                        ray = {glm::dvec3(view.camera_to_world * glm::dvec4(ray.origin, 1)),
-                               turn * ray.direction};
-                });
-    if (order.empty()) return rays;
-    std::vector<Ray> ordered(rays.size());
-    for (std::size_t i = 0; i < order.size(); ++i)
-        ordered[i] = rays[order[i]];
-    return ordered;
+    for (Ray& ray : rays)
+        ray = {glm::dvec3(view.camera_to_world * glm::dvec4(ray.origin, 1)), turn * ray.direction};
+}
+
+/// Finds the rays of a window, tile by tile or row by row. Overwrites `rays`.
+void findRays(const View& view, const Window& window, bool tiled, std::vector<Ray>& rays) {
+    rays.resize(window.pixels());
+    const int height = tiled ? kTile : 1, width = std::max(kRaysAtOnce / height, kTile);
+    const auto columns = static_cast<std::size_t>((window.width() + width - 1) / width),
+               rows = static_cast<std::size_t>((window.height() + height - 1) / height);
+    parallelFor(rows * columns, [&](std::size_t task) {
+        const int x0 = window.x0 + static_cast<int>(task % columns) * width,
+                  y0 = window.y0 + static_cast<int>(task / columns) * height;
+        const Window part = intersect({x0, y0, x0 + width, y0 + height}, window);
+        const std::size_t first =
+            static_cast<std::size_t>(y0 - window.y0) * static_cast<std::size_t>(window.width()) +
+            static_cast<std::size_t>((x0 - window.x0) * part.height());
+        const std::span to = std::span(rays).subspan(first, part.pixels());
+        if (!tiled) return fillRays(view, part, to);
+        std::vector<Ray> by_row(part.pixels());
+        fillRays(view, part, by_row);
+        auto next = to.begin();
+        forEachTiled(part, [&](std::size_t i) { *next++ = by_row[i]; });
+    });
 }
 
 }  // namespace
@@ -137,9 +138,11 @@ struct TracedHits::State {
     StageTimes times;
     std::shared_ptr<std::atomic<std::uint64_t>> kept_bytes =
         std::make_shared<std::atomic<std::uint64_t>>(0);
-    TracedRows again;            ///< rows that were traced again
-    std::uint64_t again_of = 0;  ///< TracedPlan::number of these rows
-    std::uint64_t plans = 0;     ///< number of plans made
+    TracedRows again;              ///< rows that were traced again
+    std::uint64_t again_of = 0;    ///< TracedPlan::number of these rows
+    std::uint64_t plans = 0;       ///< number of plans made
+    std::vector<Ray> window_rays;  ///< that are traced together, and their hits
+    RayHits window_hits;
     LayeredImage image;
 };
 
@@ -173,14 +176,15 @@ void TracedHits::State::build(const MemoryBudget& memory) {
 
 TracedRows TracedHits::State::trace(const TracedPlan& plan, const Window& window) {
     const View& view = plan.view;
-    const auto order = view.rays->oneEye() ? tiledOrder(window) : std::vector<std::uint32_t>();
+    const bool tiled = view.rays->oneEye();
     TraceSettings settings{.faces = plan.settings.faces};
     if (!plan.settings.depth_clamp) {
         settings.near = view.projection.near;
         settings.far = view.projection.far;
     }
-    RayHits hits;
-    const std::vector<Ray> rays = raysOf(view, window, order);
+    findRays(view, window, tiled, window_rays);
+    const std::vector<Ray>& rays = window_rays;
+    RayHits& hits = window_hits;
     const auto without =
         static_cast<std::uint64_t>(std::ranges::count(rays, glm::dvec3(0), &Ray::direction));
     tracer->trace(rays, settings, hits);
@@ -189,25 +193,27 @@ TracedRows TracedHits::State::trace(const TracedPlan& plan, const Window& window
         throw Error(ErrorKind::kInput, "some rows of the picture have more than 2^32 hits", "",
                     "give a smaller " + Parameter::kSize);
     TracedRows rows{window, std::vector<std::uint32_t>(window.pixels() + 1), {}, {}, without};
-    if (order.empty()) {
+    if (!tiled) {
         std::ranges::transform(hits.offsets, rows.offsets.begin(),
                                [](std::uint64_t at) { return static_cast<std::uint32_t>(at); });
-        rows.z = std::move(hits.t);
-        rows.keys = std::move(hits.keys);
+        rows.z = hits.t;
+        rows.keys = hits.keys;
         return rows;
     }
-    for (std::size_t i = 0; i < order.size(); ++i)
-        rows.offsets[order[i] + 1] = static_cast<std::uint32_t>(hits.count(i));
+    std::size_t ray = 0;
+    forEachTiled(window, [&](std::size_t pixel) {
+        rows.offsets[pixel + 1] = static_cast<std::uint32_t>(hits.count(ray++));
+    });
     std::partial_sum(rows.offsets.begin(), rows.offsets.end(), rows.offsets.begin());
     rows.z.resize(hits.t.size());
     rows.keys.resize(hits.t.size());
-    for (std::size_t i = 0; i < order.size(); ++i) {
-        const auto from = static_cast<std::ptrdiff_t>(hits.offsets[i]);
-        const auto count = static_cast<std::ptrdiff_t>(hits.count(i));
-        const auto to = static_cast<std::ptrdiff_t>(rows.offsets[order[i]]);
-        std::copy_n(hits.t.begin() + from, count, rows.z.begin() + to);
-        std::copy_n(hits.keys.begin() + from, count, rows.keys.begin() + to);
-    }
+    std::size_t from = 0;
+    forEachTiled(window, [&](std::size_t pixel) {
+        for (std::size_t to = rows.offsets[pixel]; to < rows.offsets[pixel + 1]; ++to, ++from) {
+            rows.z[to] = hits.t[from];
+            rows.keys[to] = hits.keys[from];
+        }
+    });
     return rows;
 }
 
@@ -263,6 +269,8 @@ CapturePlan TracedHits::plan(const View& view, const CaptureSettings& settings,
         if (progress)
             progress(kTracedPlanShare * static_cast<double>(rows.y1 - crop.y0) / crop.height());
     }
+    s.window_rays = {};
+    s.window_hits = {};
     const Plan plan = hitPlan(view, settings, traced->complexity);
     return {plan, std::move(traced), without_ray};
 }
@@ -368,6 +376,8 @@ CaptureReport TracedHits::capture(const CapturePlan& planned, Sink& sink,
                                             static_cast<double>(band.y1 - crop.y0) / crop.height());
     }
     s.again = {};
+    s.window_rays = {};
+    s.window_hits = {};
     return report;
 }
 

@@ -15,54 +15,55 @@ namespace peeler {
 namespace {
 
 // The tree measures in units of 2^kVertexBits cells, so all vertices are in [−1, 1].
-constexpr double kUnit = 0x1p-50;
+constexpr double kUnit = TriangleBlock::kUnit;
 static_assert(CellGrid::kVertexBits == 50);
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-/// Rounds down. `value` is 0, or not near the smallest floats.
-PEELER_INLINE float floatBelow(double value) {
-    const auto nearest = static_cast<float>(value);
-    const auto bits = std::bit_cast<std::uint32_t>(nearest);
-    const float next = std::bit_cast<float>(nearest > 0 ? bits - 1 : bits + 1);
-    return double{nearest} > value ? next : nearest;
-}
-PEELER_INLINE float floatAbove(double value) {
-    return -floatBelow(-value);
-}
-
+/// A box, in the first three lanes.
 struct Box {
-    std::array<float, 3> low{kInfinity, kInfinity, kInfinity};
-    std::array<float, 3> high{-kInfinity, -kInfinity, -kInfinity};
+    FourFloats low = FourFloats{} + kInfinity, high = -low;
 
     void add(const Box& other) {
-        for (std::size_t i = 0; i < 3; ++i) {
-            low[i] = std::min(low[i], other.low[i]);
-            high[i] = std::max(high[i], other.high[i]);
-        }
+        low = least(low, other.low);
+        high = most(high, other.high);
     }
     /// Returns half the surface area; 0 if the box is empty.
     float area() const {
-        const float x = high[0] - low[0], y = high[1] - low[1], z = high[2] - low[2];
-        return x < 0 ? 0 : x * y + y * z + z * x;
+        const FourFloats size = high - low;
+        return size[0] < 0 ? 0 : size[0] * size[1] + size[1] * size[2] + size[2] * size[0];
     }
 };
 
-/// The box of a triangle.
+/// The box of a triangle. The last lanes have its number, as floats of 24 and 8 bits.
 struct BoxedTriangle {
     Box box;
-    std::uint32_t triangle = 0;
 
-    float middle(std::size_t axis) const { return box.low[axis] + box.high[axis]; }
+    FourFloats middle() const { return box.low + box.high; }
+    std::uint32_t triangle() const {
+        return static_cast<std::uint32_t>(box.low[3]) +
+               (static_cast<std::uint32_t>(box.high[3]) << 24);
+    }
 };
+
+/// Returns a point in units.
+FourFloats inUnits(const Cells& cells) {
+    const TwoDoubles xy{static_cast<double>(cells[0]), static_cast<double>(cells[1])},
+        z{static_cast<double>(cells[2]), 0};
+    return toFloats(xy * kUnit, z * kUnit);
+}
 
 BoxedTriangle boxed(const CellCorners& corners, std::uint32_t triangle) {
     BoxedTriangle result;
-    result.triangle = triangle;
-    for (std::size_t i = 0; i < 3; ++i) {
-        const auto [low, high] = std::minmax({corners[0][i], corners[1][i], corners[2][i]});
-        result.box.low[i] = floatBelow(static_cast<double>(low) * kUnit);
-        result.box.high[i] = floatAbove(static_cast<double>(high) * kUnit);
+    for (const Cells& corner : corners) {
+        const FourFloats at = inUnits(corner);
+        result.box.add({at, at});
     }
+    // Outwards by at least one step, which is at most 2^-23 of a float.
+    FourFloats &low = result.box.low, &high = result.box.high;
+    low -= most(low, -low) * 0x1p-23F;
+    high += most(high, -high) * 0x1p-23F;
+    low[3] = static_cast<float>(triangle & 0xFFFFFFU);
+    high[3] = static_cast<float>(triangle >> 24);
     return result;
 }
 
@@ -88,17 +89,24 @@ class TreeBuilder {
         Branch top;
         const std::span<BoxedTriangle> all(triangles_);
         task_size_ = std::max<std::size_t>(all.size() / kTasks, kLeastTask);
-        top.root = add(all, boxOf(all), 0, top);
+        top.root = add(partOf(all), 0, top);
         std::vector<Branch> branches(tasks_.size());
         task_size_ = 0;
         parallelFor(tasks_.size(), [&](std::size_t i) {
             const Task& task = tasks_[i];
-            branches[i].root = add(task.range, task.box, task.depth, branches[i]);
+            branches[i].root = add(task, task.depth, branches[i]);
         });
         tree.root_ = top.root;
         tree.nodes_ = std::move(top.nodes);
         tree.blocks_ = std::move(top.blocks);
         const std::size_t top_nodes = tree.nodes_.size();
+        std::size_t nodes = top_nodes, blocks = tree.blocks_.size();
+        for (const Branch& branch : branches) {
+            nodes += branch.nodes.size();
+            blocks += branch.blocks.size();
+        }
+        tree.nodes_.reserve(nodes);
+        tree.blocks_.reserve(blocks);
         for (std::size_t i = 0; i < branches.size(); ++i) {
             const Child root = append(branches[i], tree);
             if (tree.root_ == kTask + i) tree.root_ = root;
@@ -111,9 +119,9 @@ class TreeBuilder {
   private:
     using Child = TriangleTree::Child;
     using Node = TriangleTree::Node;
-    using Block = TriangleTree::Block;
+    using Block = TriangleBlock;
     static constexpr std::size_t kWidth = TriangleTree::kWidth, kAtOnce = 4096;
-    static constexpr std::size_t kTasks = 64, kLeastTask = 4096, kBins = 16;
+    static constexpr std::size_t kTasks = 64, kLeastTask = 4096, kBins = 16, kFew = 64;
     /// From this depth on, ranges are halved, so that the depth is bounded.
     static constexpr int kMostDepth = 20;
     /// The child that the i-th task will build. No tree has as many nodes.
@@ -124,9 +132,10 @@ class TreeBuilder {
         std::vector<Block> blocks;
         Child root = TriangleTree::kNone;
     };
+    /// Triangles, their box, and that of their middles.
     struct Part {
         std::span<BoxedTriangle> range;
-        Box box;
+        Box box{}, middles{};
     };
     struct Task : Part {
         int depth = 0;
@@ -134,17 +143,26 @@ class TreeBuilder {
     struct Bin {
         Box box;
         std::size_t count = 0;
+
+        void add(const Bin& other) {
+            box.add(other.box);
+            count += other.count;
+        }
+        float cost() const { return box.area() * static_cast<float>(count); }
     };
 
-    static Box boxOf(std::span<const BoxedTriangle> range) {
-        Box box;
-        for (const BoxedTriangle& triangle : range)
-            box.add(triangle.box);
-        return box;
+    static Part partOf(std::span<BoxedTriangle> range) {
+        Part part{range};
+        for (const BoxedTriangle& triangle : range) {
+            const FourFloats middle = triangle.middle();
+            part.box.add(triangle.box);
+            part.middles.add({middle, middle});
+        }
+        return part;
     }
     static Child append(Branch& branch, TriangleTree& tree);
     static std::array<Part, 2> split(const Part& part, bool halve);
-    Child add(std::span<BoxedTriangle> range, const Box& box, int depth, Branch& branch);
+    Child add(const Part& part, int depth, Branch& branch);
     Child addBlock(std::span<const BoxedTriangle> range, Branch& branch) const;
 
     const CornersOf& corners_;
@@ -174,98 +192,76 @@ TriangleTree::Child TreeBuilder::append(Branch& branch, TriangleTree& tree) {
 /// Splits a range of at least two triangles where the heuristic is least, or in halves.
 std::array<TreeBuilder::Part, 2> TreeBuilder::split(const Part& part, bool halve) {
     const std::span<BoxedTriangle> range = part.range;
-    std::array<float, 3> least, scale{};
-    std::array<float, 3> most;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-        least[axis] = kInfinity;
-        most[axis] = -kInfinity;
-    }
-    for (const BoxedTriangle& triangle : range) {
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-            least[axis] = std::min(least[axis], triangle.middle(axis));
-            most[axis] = std::max(most[axis], triangle.middle(axis));
-        }
-    }
-    std::array<std::array<Bin, kBins>, 3> bins;
-    const auto bin_of = [&](const BoxedTriangle& triangle, std::size_t axis) {
-        return static_cast<std::size_t>((triangle.middle(axis) - least[axis]) * scale[axis]);
+    const FourFloats extent = part.middles.high - part.middles.low;
+    const std::size_t count = range.size() < kFew ? kBins / 2 : kBins;
+    const FourFloats scale =
+        extent > 0x1p-100F ? static_cast<float>(count) * 0.999F / extent : FourFloats{};
+    const auto bins_of = [&](const BoxedTriangle& triangle) {
+        const FourFloats place = (triangle.middle() - part.middles.low) * scale;
+        return __builtin_convertvector(place, FourInts);
     };
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-        const float extent = most[axis] - least[axis];
-        scale[axis] = extent > 0x1p-100F ? kBins * 0.999F / extent : 0;
-    }
     float best = kInfinity;
-    std::size_t best_axis = 0, best_bin = 0;
+    std::size_t best_axis = 0;
+    int best_bin = 0;
     if (!halve) {
+        std::array<std::array<Bin, kBins>, 3> bins;
         for (const BoxedTriangle& triangle : range) {
-            for (std::size_t axis = 0; axis < 3; ++axis) {
-                Bin& bin = bins[axis][bin_of(triangle, axis)];
-                bin.box.add(triangle.box);
-                ++bin.count;
-            }
+            const FourInts places = bins_of(triangle);
+            for (std::size_t axis = 0; axis < 3; ++axis)
+                bins[axis][static_cast<std::size_t>(places[axis])].add({triangle.box, 1});
         }
         for (std::size_t axis = 0; axis < 3; ++axis) {
             std::array<float, kBins> right{};
-            Box box;
-            std::size_t count = 0;
-            for (std::size_t i = kBins; i-- > 1;) {
-                box.add(bins[axis][i].box);
-                count += bins[axis][i].count;
-                right[i] = count == 0 ? kInfinity : box.area() * static_cast<float>(count);
+            Bin sum;
+            for (std::size_t i = count; i-- > 1;) {
+                sum.add(bins[axis][i]);
+                right[i] = sum.cost();
             }
-            box = {};
-            count = 0;
-            for (std::size_t i = 1; i < kBins; ++i) {
-                box.add(bins[axis][i - 1].box);
-                count += bins[axis][i - 1].count;
-                if (count == 0 || right[i] == kInfinity) continue;
-                const float cost = box.area() * static_cast<float>(count) + right[i];
-                if (cost >= best) continue;
+            sum = {};
+            for (std::size_t i = 1; i < count; ++i) {
+                sum.add(bins[axis][i - 1]);
+                const float cost = sum.cost() + right[i];
+                if (sum.count == 0 || sum.count == range.size() || cost >= best) continue;
                 best = cost;
                 best_axis = axis;
-                best_bin = i;
+                best_bin = static_cast<int>(i);
             }
         }
     }
-    if (best == kInfinity) {
-        const std::span<BoxedTriangle> first = range.first(range.size() / 2);
-        const std::span<BoxedTriangle> second = range.subspan(range.size() / 2);
-        return {Part{first, boxOf(first)}, Part{second, boxOf(second)}};
+    std::size_t size = range.size() / 2;
+    if (best < kInfinity) {
+        const auto middle = std::partition(
+            range.begin(), range.end(),
+            [&](const BoxedTriangle& triangle) { return bins_of(triangle)[best_axis] < best_bin; });
+        size = static_cast<std::size_t>(middle - range.begin());
     }
-    const auto middle = std::partition(
-        range.begin(), range.end(),
-        [&](const BoxedTriangle& triangle) { return bin_of(triangle, best_axis) < best_bin; });
-    const auto size = static_cast<std::size_t>(middle - range.begin());
-    std::array<Part, 2> parts{Part{range.first(size), {}}, Part{range.subspan(size), {}}};
-    for (std::size_t i = 0; i < kBins; ++i)
-        parts[i < best_bin ? 0 : 1].box.add(bins[best_axis][i].box);
-    return parts;
+    return {partOf(range.first(size)), partOf(range.subspan(size))};
 }
 
 TriangleTree::Child TreeBuilder::addBlock(std::span<const BoxedTriangle> range,
                                           Branch& branch) const {
     Block& block = branch.blocks.emplace_back();
     for (std::size_t lane = 0; lane < kWidth; ++lane) {
-        const std::uint32_t triangle = range[std::min(lane, range.size() - 1)].triangle;
+        const std::uint32_t triangle = range[std::min(lane, range.size() - 1)].triangle();
         const CellCorners corners = corners_(triangle);
         block.triangle[lane] = triangle;
-        for (std::size_t corner = 0; corner < 3; ++corner)
+        for (std::size_t corner = 0; corner < 3; ++corner) {
+            const FourFloats at = inUnits(corners[corner]);
             for (std::size_t axis = 0; axis < 3; ++axis)
-                block.corner[corner][axis][lane] =
-                    static_cast<float>(static_cast<double>(corners[corner][axis]) * kUnit);
+                block.corner[corner][axis][lane] = at[axis];
+        }
     }
     return TriangleTree::kBlock + static_cast<Child>((branch.blocks.size() - 1) * kWidth) +
            static_cast<Child>(range.size() - 1);
 }
 
-TriangleTree::Child TreeBuilder::add(std::span<BoxedTriangle> range, const Box& box, int depth,
-                                     Branch& branch) {
-    if (range.size() <= kWidth) return addBlock(range, branch);
-    if (range.size() <= task_size_) {
-        tasks_.push_back({{range, box}, depth});
+TriangleTree::Child TreeBuilder::add(const Part& part, int depth, Branch& branch) {
+    if (part.range.size() <= kWidth) return addBlock(part.range, branch);
+    if (part.range.size() <= task_size_) {
+        tasks_.push_back({part, depth});
         return kTask + static_cast<Child>(tasks_.size() - 1);
     }
-    std::array<Part, kWidth> parts{Part{range, box}};
+    std::array<Part, kWidth> parts{part};
     std::size_t count = 1;
     while (count < kWidth) {
         std::size_t largest = kWidth;
@@ -285,8 +281,7 @@ TriangleTree::Child TreeBuilder::add(std::span<BoxedTriangle> range, const Box& 
             branch.nodes[at].plane[0][axis][i] = parts[i].box.low[axis];
             branch.nodes[at].plane[1][axis][i] = parts[i].box.high[axis];
         }
-        const Child child =
-            i < count ? add(parts[i].range, parts[i].box, depth + 1, branch) : TriangleTree::kNone;
+        const Child child = i < count ? add(parts[i], depth + 1, branch) : TriangleTree::kNone;
         branch.nodes[at].child[i] = child;
     }
     return Child(at);
@@ -382,7 +377,7 @@ struct FloatCone {
 /// Walks through the tree. Compiled for several processors.
 struct TreeWalk {
     using Node = TriangleTree::Node;
-    using Block = TriangleTree::Block;
+    using Block = TriangleBlock;
 
     PEELER_INLINE static unsigned hitChildren(const Node& node, const FloatRay& ray) {
         // The relative error of `near` and `far` is less than 3.0001 · 2^-24 (README.md).
@@ -466,7 +461,7 @@ struct TreeWalk {
     }
 
     PEELER_INLINE static bool walk(const TriangleTree& tree, const RayCone& exact, std::size_t most,
-                                   std::vector<std::uint32_t>& found) {
+                                   std::vector<BlockPart>& found) {
         found.clear();
         const FloatCone cone(exact);
         std::array<TriangleTree::Child, 256> stack;
@@ -478,11 +473,10 @@ struct TreeWalk {
             if ((at & TriangleTree::kBlock) != 0) {
                 const std::size_t place = at & ~TriangleTree::kBlock;
                 const Block& block = tree.blocks_[place / 8];
-                const unsigned lanes = 0xFFU >> (7 - place % 8);
-                for (unsigned hit = lanes & hitTriangles(block, cone); hit != 0; hit &= hit - 1)
-                    found.push_back(
-                        block.triangle[static_cast<std::size_t>(std::countr_zero(hit))]);
-                if (found.size() > most) return false;
+                const unsigned lanes = 0xFFU >> (7 - place % 8) & hitTriangles(block, cone);
+                if (lanes == 0) continue;
+                if (found.size() == most) return false;
+                found.push_back({&block, lanes});
                 continue;
             }
             const Node& node = tree.nodes_[at];
@@ -522,7 +516,7 @@ struct TreeWalk {
     }
     [[gnu::target("avx2")]] static bool walkOnAvx2(const TriangleTree& tree, const RayCone& cone,
                                                    std::size_t most,
-                                                   std::vector<std::uint32_t>& found) {
+                                                   std::vector<BlockPart>& found) {
         return walk(tree, cone, most, found);
     }
 #endif
@@ -536,7 +530,7 @@ void TriangleTree::candidates(const ExactRay& ray, std::vector<Candidate>& found
 }
 
 bool TriangleTree::candidates(const RayCone& cone, std::size_t most,
-                              std::vector<std::uint32_t>& found) const {
+                              std::vector<BlockPart>& found) const {
 #ifdef __x86_64__
     if (hasAvx2()) return TreeWalk::walkOnAvx2(*this, cone, most, found);
 #endif

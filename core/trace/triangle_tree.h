@@ -11,6 +11,7 @@
 
 #include "core/trace/exact_ray.h"
 #include "core/trace/ray_packet.h"
+#include "core/trace/triangle_block.h"
 
 namespace peeler {
 
@@ -24,7 +25,7 @@ struct Candidate {
 /// outwards or bounded, so it misses no triangle (README.md).
 class TriangleTree {
   public:
-    static constexpr std::size_t kWidth = 8;
+    static constexpr std::size_t kWidth = TriangleBlock::kWidth;
 
     TriangleTree() = default;
     /// Builds the hierarchy by a binned surface area heuristic (Wald 2007, "On fast Construction of
@@ -36,8 +37,8 @@ class TriangleTree {
     void candidates(const ExactRay& ray, std::vector<Candidate>& found) const;
 
     /// Writes all triangles that rays in a cone may hit to `found`, in any order, or returns false
-    /// if there are more than `most`. Overwrites `found`.
-    bool candidates(const RayCone& cone, std::size_t most, std::vector<std::uint32_t>& found) const;
+    /// if they are in more than `most` blocks. Overwrites `found`.
+    bool candidates(const RayCone& cone, std::size_t most, std::vector<BlockPart>& found) const;
 
   private:
     friend class TreeBuilder;
@@ -52,14 +53,8 @@ class TriangleTree {
         std::array<std::array<Lanes, 3>, 2> plane;  ///< low and high, by axis
         std::array<Child, kWidth> child;
     };
-    /// Triangles of a leaf: coordinates by corner and axis, rounded to floats.
-    struct alignas(32) Block {
-        std::array<std::array<Lanes, 3>, 3> corner;
-        std::array<std::uint32_t, kWidth> triangle;
-    };
-
     std::vector<Node> nodes_;
-    std::vector<Block> blocks_;
+    std::vector<TriangleBlock> blocks_;
     Child root_ = kNone;
 };
 

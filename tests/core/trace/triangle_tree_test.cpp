@@ -78,7 +78,8 @@ TEST(TriangleTree, ConesMissNoTriangle) {
     std::mt19937_64 random(2);
     const std::vector<CellCorners> triangles = crowd(random, 40'000);
     const TriangleTree tree(triangles.size(), [&](std::uint32_t i) { return triangles[i]; });
-    std::vector<std::uint32_t> found;
+    std::vector<BlockPart> found;
+    std::vector<PacketCandidate> candidates;
     std::vector<RayPacket::Hit> packet_hits;
     std::size_t hits = 0, packets = 0, spread = 0;
     for (int i = 0; i < 120; ++i) {
@@ -100,21 +101,21 @@ TEST(TriangleTree, ConesMissNoTriangle) {
         ++packets;
         spread += packet.cone().spread > 0 ? 1 : 0;
         ASSERT_TRUE(tree.candidates(packet.cone(), triangles.size(), found));
-        std::vector<bool> seen(triangles.size());
-        for (const std::uint32_t triangle : found)
-            seen[triangle] = true;
+        packet.candidates(found, candidates);
+        std::vector<const PacketCandidate*> seen(triangles.size());
+        for (const PacketCandidate& candidate : candidates)
+            seen[candidate.triangle] = &candidate;
         for (std::uint32_t k = 0; k < triangles.size(); ++k) {
             packet_hits.clear();
-            packet.addHits(triangles[k], k, packet_hits);
+            if (seen[k]) packet.findHits(triangles[k], *seen[k], packet_hits);
             auto next = packet_hits.begin();
             for (std::uint32_t r = 0; r < rays.size(); ++r) {
                 const auto hit = exactHit(*rays[r], triangles[k], false);
                 const bool in_packet = next != packet_hits.end() && next->ray == r;
-                ASSERT_EQ(hit.has_value(), in_packet);
+                ASSERT_EQ(hit.has_value(), in_packet) << "triangle " << k << " of packet " << i;
                 if (!hit) continue;
                 ASSERT_EQ(hit->t, next->t);
                 ASSERT_EQ(hit->back, next->back);
-                ASSERT_TRUE(seen[k]) << "triangle " << k << " of packet " << i;
                 ++next;
                 ++hits;
             }
@@ -128,7 +129,6 @@ TEST(TriangleTree, ConesMissNoTriangle) {
 
 TEST(TriangleTree, MayBeEmptyOrSmall) {
     std::vector<Candidate> found{{}};
-    std::vector<std::uint32_t> in_cone{0};
     const ExactRay ray{{0, 0, -100}, {0, 0, std::int64_t{1} << 51}};
     const TriangleTree empty;
     empty.candidates(ray, found);
