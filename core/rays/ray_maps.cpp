@@ -28,13 +28,6 @@ namespace {
 constexpr std::array kBaseColorNames = {"R", "G", "B", "A"};
 constexpr float kNowhere = std::numeric_limits<float>::infinity();
 
-float sum(std::span<const RayInterval> intervals) {
-    double length = 0;
-    for (const RayInterval& interval : intervals)
-        length += interval.length();
-    return static_cast<float>(length);
-}
-
 void first(const MappedRay& ray, float* out) {
     *out = ray.t.empty() ? kNowhere : ray.t.front();
 }
@@ -48,9 +41,10 @@ void count(const MappedRay& ray, float* out) {
 }
 
 void thickness(const MappedRay& ray, float* out) {
-    const auto all = [](const SolidSpan&) { return true; };
-    uniteSpans(ray.scratch.spans.all(), all, ray.scratch.inside);
-    *out = sum(ray.scratch.inside);
+    double length = 0;
+    ray.scratch.spans.forEachInside(
+        ray.t, [&](const RayInterval& interval) { length += interval.length(); });
+    *out = static_cast<float>(length);
 }
 
 void pathLength(const MappedRay& ray, float* out) {
@@ -114,17 +108,17 @@ constexpr RayMapInfo kMaps[] = {
     {RayMap::kLast, "last", "t of the last hit", PixelType::kFloat, last},
     {RayMap::kCount, "count", "number of hits", PixelType::kUint, count},
     {RayMap::kThickness, "thickness", "length inside solids, from entry to exit", PixelType::kFloat,
-     thickness, true, true},
+     thickness, true, false, true},
     {RayMap::kPathLength, "path-length", "length inside each material", PixelType::kFloat,
-     pathLength, true, true},
+     pathLength, true, true, true},
     {RayMap::kTransmission, "transmission",
      "fraction of X-rays that pass, from the materials' attenuation; in a picture 1 is black, 0 "
      "white",
-     PixelType::kFloat, transmission, true},
+     PixelType::kFloat, transmission, true, true},
     {RayMap::kParity, "parity", "number of solids hit an odd number of times", PixelType::kUint,
      parity, true},
     {RayMap::kOverlap, "overlap", "length inside both parts", PixelType::kFloat, overlap, true,
-     true},
+     true, true},
     {RayMap::kBaseColor, "base-color",
      "picture without light: base colours of all hits, composited; R, G, B, A, linear, "
      "premultiplied",
@@ -174,11 +168,12 @@ RayMaps::RayMaps(const PosedScene& posed, const Solids* solids, RayMapSettings s
     for (std::vector<char>& part : settings_.parts)
         part.resize(scene.nodes.size());
     for (const RayMap map : settings_.maps) {
-        needs_spans_ |= infoOf(map).solids;
+        needs_solids_ |= infoOf(map).solids;
+        needs_spans_ |= infoOf(map).nested;
         if (map == RayMap::kBaseColor) surface_colors_.emplace(posed);
         needs_paths_ |= map == RayMap::kPathLength || map == RayMap::kTransmission;
     }
-    if (needs_spans_ && solids_ == nullptr) {
+    if (needs_solids_ && solids_ == nullptr) {
         throw Error(ErrorKind::kInternal, "the map needs solids");
     }
     if (needs_paths_) path_materials_ = materialsOf(*solids_, posed);
@@ -234,12 +229,24 @@ void RayMaps::findPaths(RayMapScratch& scratch) const {
 }
 
 void RayMaps::begin(const Bundle& bundle) {
-    if (needs_spans_) sides_ = solids_->sides(bundle, settings_.overlap);
+    if (needs_solids_) sides_ = solids_->sides({&bundle, 1}, settings_.overlap);
 }
 
 void RayMaps::evaluate(std::span<const float> t, std::span<const std::uint32_t> keys,
                        RayMapScratch& scratch, std::span<float> out, const Ray* along) const {
-    if (needs_spans_) scratch.spans.find(t, keys, *solids_, sides_ ? &*sides_ : nullptr, along);
+    prepare(keys, scratch, along);
+    evaluate(t, keys, 0, scratch, out);
+}
+
+void RayMaps::prepare(std::span<const std::uint32_t> keys, RayMapScratch& scratch,
+                      const Ray* along) const {
+    if (needs_solids_) scratch.spans.prepare(keys, *solids_, sides_ ? &*sides_ : nullptr, along);
+}
+
+void RayMaps::evaluate(std::span<const float> t, std::span<const std::uint32_t> keys,
+                       std::size_t first, RayMapScratch& scratch, std::span<float> out) const {
+    if (needs_solids_) scratch.spans.begin(first, keys.size());
+    if (needs_spans_) scratch.spans.place(t, keys);
     if (needs_paths_) findPaths(scratch);
     const MappedRay ray{t, solids_, settings_, path_materials_, scratch};
     std::size_t channel = 0;
@@ -258,6 +265,7 @@ void RayMaps::evaluateRows(const Bundle& bundle, const LayeredImage& band, int y
     const std::span<const std::uint32_t> keys = band.extra[0].as<std::uint32_t>();
     planes.resize(channels_.size() * plane);
     const bool each_ray = sides_ && sides_->needRay();
+    const bool scaled = !bundle.parallel() && !bundle.view.rays;  // by Bundle::tScale()
     parallelFor(rows, [&](std::size_t row) {
         scratch_.with([&](RayMapScratch& scratch) {
             scratch.values.resize(channels_.size());
@@ -265,24 +273,34 @@ void RayMaps::evaluateRows(const Bundle& bundle, const LayeredImage& band, int y
             scratch.colors.clear();
             evaluate({}, {}, scratch, scratch.nothing);
             const int y = y0 + static_cast<int>(row);
+            const std::uint32_t* const offsets =
+                band.offsets.data() + band.pixelIndex(band.window.x0, y);
+            const std::size_t row_begin = offsets[0];
+            if (!each_ray)
+                prepare(keys.subspan(row_begin, offsets[width] - row_begin), scratch, nullptr);
             for (std::size_t i = 0; i < width; ++i) {
                 const int x = band.window.x0 + static_cast<int>(i);
-                const std::size_t pixel = band.pixelIndex(x, y);
-                const std::size_t begin = band.offsets[pixel], hits = band.count(pixel);
+                const std::size_t begin = offsets[i], hits = offsets[i + 1] - begin;
                 if (hits > 0) {
-                    const double scale = bundle.tScale(x, y);
-                    scratch.t.resize(hits);
-                    for (std::size_t k = 0; k < hits; ++k)
-                        scratch.t[k] = static_cast<float>(band.z[begin + k] * scale);
-                    const Ray ray = each_ray
-                                        ? rayOf(bundle.view, glm::dvec2(x, y) + bundle.view.sample)
-                                        : Ray();
+                    const auto ray_keys = keys.subspan(begin, hits);
+                    std::span<const float> t(band.z.data() + begin, hits);
+                    if (scaled) {
+                        const double scale = bundle.tScale(x, y);
+                        scratch.t.resize(hits);
+                        for (std::size_t k = 0; k < hits; ++k)
+                            scratch.t[k] = static_cast<float>(t[k] * scale);
+                        t = scratch.t;
+                    }
                     if (surface_colors_) {
                         scratch.colors.resize(hits);
-                        surface_colors_->ofRay(bundle.view, {x, y}, keys.subspan(begin, hits),
-                                               scratch.colors);
+                        surface_colors_->ofRay(bundle.view, {x, y}, ray_keys, scratch.colors);
                     }
-                    evaluate(scratch.t, keys.subspan(begin, hits), scratch, scratch.values, &ray);
+                    if (each_ray) {
+                        const Ray ray = rayOf(bundle.view, glm::dvec2(x, y) + bundle.view.sample);
+                        evaluate(t, ray_keys, scratch, scratch.values, &ray);
+                    } else {
+                        evaluate(t, ray_keys, begin - row_begin, scratch, scratch.values);
+                    }
                 }
                 const std::vector<float>& values = hits > 0 ? scratch.values : scratch.nothing;
                 for (std::size_t c = 0; c < values.size(); ++c)

@@ -44,7 +44,8 @@ struct RayMapInfo {
     /// Writes the map's value for a ray; for kPathLength, one value per material, for kBaseColor R,
     /// G, B and A.
     void (*evaluate)(const MappedRay& ray, float* out);
-    bool solids = false;  ///< whether the map needs to know how solids are nested
+    bool solids = false;  ///< whether the map needs to know the inside of solids
+    bool nested = false;  ///< whether the map needs to know how solids are nested
     /// Whether the value is a length. The sum of lengths over parallel rays gives a volume.
     bool length = false;
 };
@@ -104,7 +105,7 @@ class RayMaps {
     void begin(const Bundle& bundle);
     /// Returns the bytes that begin() and textures take.
     std::uint64_t mostBytes() const {
-        return (needs_spans_ ? solids_->sidesBytes(settings_.overlap) : 0) +
+        return (needs_solids_ ? solids_->sidesBytes(settings_.overlap) : 0) +
                (surface_colors_ ? surface_colors_->mostBytes() : 0);
     }
 
@@ -119,6 +120,11 @@ class RayMaps {
                       std::vector<float>& planes) const;
 
   private:
+    void prepare(std::span<const std::uint32_t> keys, RayMapScratch& scratch,
+                 const Ray* along) const;
+    /// Evaluates the ray with the hits from `first` on of those prepared.
+    void evaluate(std::span<const float> t, std::span<const std::uint32_t> keys, std::size_t first,
+                  RayMapScratch& scratch, std::span<float> out) const;
     void findPaths(RayMapScratch& scratch) const;
 
     const Solids* solids_;
@@ -128,7 +134,7 @@ class RayMaps {
     std::vector<std::size_t> path_of_;             ///< path channel, by index into Scene::materials
     std::optional<TriangleSides> sides_;           ///< of the current bundle
     std::optional<SurfaceColors> surface_colors_;  ///< for kBaseColor
-    bool needs_spans_ = false, needs_paths_ = false;
+    bool needs_solids_ = false, needs_spans_ = false, needs_paths_ = false;
     mutable ObjectPool<RayMapScratch> scratch_;
 };
 

@@ -48,48 +48,72 @@ struct Solid {
     bool winds() const { return facing == SolidFacing::kOutward; }
 };
 
-/// The directions in which a bundle's rays cross triangles: into or out of the solid. All rays that
-/// are parallel or begin at one point cross a triangle in the same direction, which is computed on
-/// first use. Thread-safe.
+/// The directions in which the rays of some bundles cross triangles: into or out of the solid. All
+/// rays that are parallel or begin at one point cross a triangle in the same direction, which is
+/// computed on first use, for all bundles at once. Thread-safe.
 class TriangleSides {
   public:
-    TriangleSides(const PosedScene& posed, const Bundle& bundle);
+    static constexpr std::size_t kMostBundles = 7;
+
+    TriangleSides(const PosedScene& posed, std::span<const Bundle> bundles);
 
     /// Whether turn() needs the ray.
     bool needRay() const { return sides_.empty(); }
-    /// Returns 1 if rays enter through the triangle of a key, −1 if they leave. `ray` may be null
-    /// unless needRay().
-    int turn(std::uint32_t key, const Ray* ray = nullptr) const {
-        if (needRay()) return sideOf(key, ray->direction);
+    /// Returns 1 if rays of a bundle (an index) enter through the triangle of a key, −1 if they
+    /// leave. `ray` may be null unless needRay().
+    int turn(std::uint32_t key, const Ray* ray = nullptr, std::size_t bundle = 0) const {
+        if (needRay()) return turnOf(key, ray->direction);
         const std::atomic_ref side(sides_[key]);
-        std::int8_t known = side.load(std::memory_order_relaxed);
+        std::uint8_t known = side.load(std::memory_order_relaxed);
         if (known == 0) side.store(known = find(key), std::memory_order_relaxed);
-        return known;
+        return 1 - 2 * (known >> bundle & 1);
     }
     /// Returns the bytes that the sides of a scene take.
     static std::uint64_t bytes(const PosedScene& posed);
 
   private:
-    std::int8_t find(std::uint32_t key) const;
-    std::int8_t sideOf(std::uint32_t key, const std::optional<glm::dvec3>& direction) const;
+    /// The triangles of one primitive of one instance.
+    struct Surface {
+        const Primitive* primitive = nullptr;
+        const glm::vec3* positions = nullptr;
+        const MeshInstance* instance = nullptr;
+        std::uint32_t first_key = 0, triangles = 0;
+    };
+    /// The direction of a bundle's rays or, if they are not parallel, their origin.
+    struct Way {
+        bool parallel = false;
+        glm::dvec3 at{0};
+    };
+    /// A triangle's first corner and its normal (WorldElement::normal()), world space.
+    struct Plane {
+        glm::dvec3 corner, normal;
+    };
+
+    static Plane planeOf(const Surface& surface, std::uint32_t element);
+    std::uint8_t find(std::uint32_t key) const;
+    int turnOf(std::uint32_t key, const glm::dvec3& direction) const;
 
     PosedScene posed_;
-    Bundle bundle_;
-    mutable std::vector<std::int8_t> sides_;  ///< by key; 0 = not found yet
+    const KeyIndex* keys_;
+    std::vector<Surface> surfaces_;  ///< one for each surface of keys_
+    std::vector<Way> ways_;          ///< one for each bundle
+    /// By key: bit i says whether the rays of bundle i leave. Bit kMostBundles is set; 0 means not
+    /// found yet.
+    mutable std::vector<std::uint8_t> sides_;
 };
 
 /// The solids of a scene. glTF does not mark closed surfaces, so the topology decides. Vertices at
 /// the same position (bit for bit; −0 is 0) are welded, and an edge is open if an odd number of
-/// triangles share it. Every primitive of a mesh that is closed by itself is a solid. All other
-/// primitives of the mesh together form one more solid, so a cube with different materials on its
-/// sides is one solid. Lines and points belong to no solid. The topology of a mesh is found once
-/// for all its instances, and once for each deformation.
+/// triangles share it. Edges are compared by hashes of 64 bits. Every primitive of a mesh that is
+/// closed by itself is a solid. All other primitives of the mesh together form one more solid, so a
+/// cube with different materials on its sides is one solid. Lines and points belong to no solid.
+/// The topology of a mesh is found once for all its instances, and once for each deformation.
 class Solids {
   public:
     static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 
-    /// Temporarily takes about 30 bytes per triangle and 30 bytes per vertex of a mesh to find its
-    /// topology.
+    /// Temporarily takes 8 bytes per vertex of a primitive to find its topology and, to count open
+    /// edges, about 50 bytes per triangle.
     explicit Solids(const PosedScene& posed);
     Solids(const Solids&) = delete;
     Solids& operator=(const Solids&) = delete;
@@ -99,17 +123,20 @@ class Solids {
     /// Returns the solid of a key (DrawList): an index into all(), or kNone.
     std::uint32_t solidOf(std::uint32_t key) const { return surfaceOf(key).solid; }
     /// Returns the sides of triangles; nullopt if the rule needs no sides.
-    std::optional<TriangleSides> sides(const Bundle& bundle, Overlap overlap) const;
+    std::optional<TriangleSides> sides(std::span<const Bundle> bundles, Overlap overlap) const;
     /// Returns the bytes of sides().
     std::uint64_t sidesBytes(Overlap overlap) const;
     /// Returns the material of a key: an index into Scene::materials.
     std::size_t materialOf(std::uint32_t key) const { return surfaceOf(key).material; }
 
-  private:
     /// The solid and the material of one primitive of one instance.
     struct Surface {
         std::uint32_t solid = kNone, material = 0;
+        bool winds = false;  ///< Solid::winds()
     };
+    const Surface& surfaceOf(std::uint32_t key) const { return surfaces_[keys_.surfaceOf(key)]; }
+
+  private:
     /// The part of a mesh that becomes one solid in each instance of the mesh.
     struct Shell {
         std::vector<std::size_t> primitives;
@@ -117,10 +144,7 @@ class Solids {
         SolidFacing facing = SolidFacing::kMixed;
     };
 
-    const Surface& surfaceOf(std::uint32_t key) const { return surfaces_[keys_.surfaceOf(key)]; }
-    class EdgeParity;
-    const std::vector<Shell>& shellsOf(const PosedScene& posed, const MeshInstance& instance,
-                                       EdgeParity& parity);
+    const std::vector<Shell>& shellsOf(const PosedScene& posed, const MeshInstance& instance);
 
     PosedScene posed_;
     std::vector<Solid> solids_;
@@ -165,38 +189,64 @@ struct SolidHits {
 /// at which hits spans begin and end. So it is evaluated only if it differs from the ray before.
 class SolidSpans {
   public:
-    /// Finds the spans of a ray. `t` is in ascending order. `keys` are those of DrawList, with
-    /// coincident hits in draw order. `sides`: Solids::sides() of the ray's bundle, or null. `ray`
-    /// may be null unless the sides need it. Parity
-    /// replaces winding numbers if `sides` is null, for solids that do not face outwards, and for
-    /// solids that the ray does not leave as often as it enters them (because it grazes triangles).
+    /// Prepares rays of a bundle: finds the solids that their hits cross. `keys` are those of
+    /// DrawList, ray after ray, ordered by t, with coincident hits in draw order. `sides`:
+    /// Solids::sides() of several bundles, or null. `bundle` is an index into them. `ray` may be
+    /// null unless the sides need it. Parity replaces winding numbers if `sides` is null, for
+    /// solids that do not face outwards, and for solids that a ray does not leave as often as it
+    /// enters them (because it grazes triangles).
+    void prepare(std::span<const std::uint32_t> keys, const Solids& solids,
+                 const TriangleSides* sides = nullptr, const Ray* ray = nullptr,
+                 std::size_t bundle = 0);
+    /// Begins the ray with the hits from `first` on of those prepared. Returns false if the ray
+    /// crosses the same solids in the same order as the ray before, so that hits() is the same.
+    bool begin(std::size_t first, std::size_t count);
+    /// Finds all() of the ray.
+    void place(std::span<const float> t, std::span<const std::uint32_t> keys);
+    /// Prepares, begins and places a ray.
     void find(std::span<const float> t, std::span<const std::uint32_t> keys, const Solids& solids,
-              const TriangleSides* sides = nullptr, const Ray* ray = nullptr);
+              const TriangleSides* sides = nullptr, const Ray* ray = nullptr) {
+        prepare(keys, solids, sides, ray);
+        begin(0, keys.size());
+        place(t, keys);
+    }
 
     /// Returns the spans of non-zero length, ordered by their beginnings. If several spans begin
-    /// together, the longest is first, so that the others are inside it.
+    /// together, the longest is first, so that the others are inside it. Valid after place().
     std::span<const SolidSpan> all() const { return spans_; }
     /// Returns every solid that the ray hits, with the hit count.
     const std::vector<SparseSet<SolidHits>::Entry>& hits() const { return hits_.entries(); }
+    /// Calls use(interval) with the union of all spans, as ordered intervals of non-zero length
+    /// that do not touch. `t` is that of the ray's hits.
+    template <class Use>
+    void forEachInside(std::span<const float> t, Use&& use) const {
+        for (std::size_t i = 0; i < outer_.size();) {
+            RayInterval inside{t[outer_[i].begin], t[outer_[i].end]};
+            for (++i; i < outer_.size() && t[outer_[i].begin] <= inside.end; ++i)
+                inside.end = t[outer_[i].end];
+            if (inside.end > inside.begin) use(inside);
+        }
+    }
 
   private:
     /// A span, by the indices of the hits at which it begins and ends.
     struct HitSpan {
         std::uint32_t begin = 0, end = 0, solid = 0;
     };
-    /// A hit's solid and turn (TriangleSides). The turn is 0 without sides or solid.
+    /// A hit's solid and turn (TriangleSides). The turn is 0 if parity decides.
     struct Crossing {
         std::uint32_t solid = Solids::kNone;
         std::int32_t turn = 0;
         bool operator==(const Crossing&) const = default;
     };
 
-    bool cross(std::span<const std::uint32_t> keys, const Solids& solids,
-               const TriangleSides* sides, const Ray* ray);
-    void findHitSpans(const Solids& solids, bool sides);
+    void findHitSpans();
 
+    std::vector<Crossing> prepared_;
+    std::size_t solids_ = 0;           ///< number of solids
     std::vector<Crossing> crossings_;  ///< of the ray's hits
     std::vector<HitSpan> hit_spans_;
+    std::vector<HitSpan> outer_;  ///< union of hit_spans_; `solid` has no meaning
     std::vector<SolidSpan> spans_;
     SparseSet<SolidHits> hits_;
 };
@@ -250,11 +300,15 @@ class Parity {
   private:
     /// The storage of a thread, and the results of the rows that it processed.
     struct Scratch {
+        bool add(std::span<const float> z, std::size_t first, OddRay ray);
+        void endRun();
+
         SolidSpans spans;
         SparseSet<SolidParity> found;
+        std::uint64_t run = 0;           ///< number of latest rays that cross the same solids
+        std::vector<std::uint32_t> hit;  ///< these solids
+        bool odd = false;                ///< whether a solid is hit an odd number of times
     };
-    static bool addRay(const SolidSpans& spans, std::span<const float> z, OddRay ray,
-                       SparseSet<SolidParity>& found);
 
     const Solids& solids_;
     ObjectPool<Scratch> scratch_;

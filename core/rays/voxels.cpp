@@ -131,6 +131,7 @@ VoxelVotes::VoxelVotes(const AxisBundles& lattice, const Solids& solids, Overlap
     : corner_(lattice.corner),
       spacing_(lattice.spacing),
       cells_(lattice.cells),
+      bundles_(lattice.bundles),
       solids_(solids),
       overlap_(overlap),
       words_(wordsOf(lattice.cells.z)) {
@@ -165,48 +166,45 @@ void VoxelVotes::add(std::size_t axis, const Bundle& bundle, const LayeredImage&
                    .end = axis == 2 ? words_ * kWordBits : lengthOf(cells_[along])};
     const std::span<const float> t(band.z);
     const auto keys = band.extra[0].as<std::uint32_t>();
-    if (sides_of_ != axis) {
-        sides_ = solids_.sides(bundle, overlap_);
-        sides_of_ = axis;
-    }
+    if (!sides_) sides_ = solids_.sides(bundles_, overlap_);
 
-    const auto addAt = [&](int x, int y, Scratch& scratch) {
-        const std::size_t pixel = band.pixelIndex(window.x0 + x, window.y0 + y);
-        const std::size_t begin = band.offsets[pixel], hits = band.count(pixel);
-        if (hits < 2) return;
-        const glm::ivec3 cell = first + x * right + y * down;
-        if (glm::any(glm::lessThan(cell, glm::ivec3(0))) ||
-            glm::any(glm::greaterThanEqual(cell, cells_)))
-            return;
+    const auto line_at = [&](const glm::ivec3& cell) {
         const std::size_t inner = lengthOf(cells_[1 - outer]), z = lengthOf(cell.z);
         Line line = all;
         line.words +=
             (lengthOf(cell[outer]) * inner + lengthOf(cell[1 - outer])) * words_ + z / kWordBits;
         line.bit = std::uint64_t{1} << z % kWordBits;
-        addRay(t.subspan(begin, hits), keys.subspan(begin, hits), line, scratch);
+        return line;
+    };
+    const auto addRow = [&](int x0, int x1, int y, SolidSpans& spans) {
+        const std::uint32_t* const offsets =
+            band.offsets.data() + band.pixelIndex(window.x0, window.y0 + y);
+        const std::size_t row = offsets[x0];
+        spans.prepare(keys.subspan(row, offsets[x1] - row), solids_, sides_ ? &*sides_ : nullptr,
+                      nullptr, axis);
+        for (int x = x0; x < x1; ++x) {
+            const std::size_t begin = offsets[x], hits = offsets[x + 1] - begin;
+            const glm::ivec3 cell = first + x * right + y * down;
+            if (hits < 2 || glm::any(glm::lessThan(cell, glm::ivec3(0))) ||
+                glm::any(glm::greaterThanEqual(cell, cells_)))
+                continue;
+            spans.begin(begin - row, hits);
+            const Line line = line_at(cell);
+            spans.forEachInside(t.subspan(begin, hits), [&](const RayInterval& interval) {
+                line.cross(interval.begin);
+                line.cross(interval.end);
+            });
+        }
     };
     parallelFor(static_cast<std::size_t>((shared + kAtOnce - 1) / kAtOnce), [&](std::size_t i) {
         const int from = static_cast<int>(i) * kAtOnce, to = std::min(from + kAtOnce, shared);
-        scratch_.with([&](Scratch& scratch) {
+        scratch_.with([&](SolidSpans& spans) {
             const Window part = by_rows ? Window{0, from, window.width(), to}
                                         : Window{from, 0, to, window.height()};
             for (int y = part.y0; y < part.y1; ++y)
-                for (int x = part.x0; x < part.x1; ++x)
-                    addAt(x, y, scratch);
+                addRow(part.x0, part.x1, y, spans);
         });
     });
-}
-
-/// Flips both ends of every interval in which a ray is inside any solid.
-void VoxelVotes::addRay(std::span<const float> t, std::span<const std::uint32_t> keys,
-                        const Line& line, Scratch& scratch) const {
-    scratch.spans.find(t, keys, solids_, sides_ ? &*sides_ : nullptr);
-    const auto all = [](const SolidSpan&) { return true; };
-    uniteSpans(scratch.spans.all(), all, scratch.inside);
-    for (const RayInterval& interval : scratch.inside) {
-        line.cross(interval.begin);
-        line.cross(interval.end);
-    }
 }
 
 void VoxelVotes::finish() {
@@ -218,15 +216,18 @@ void VoxelVotes::finish() {
         for (std::size_t i = (x * ys + 1) * words_; i < (x + 1) * ys * words_; ++i)
             along_y[i] ^= along_y[i - words_];
     });
+    constexpr std::size_t kAhead = 8;
     std::atomic<std::uint64_t> occupied{0}, disputed{0};
     parallelFor(ys, [&](std::size_t y) {
         std::vector<std::uint64_t> inside(words_);  // parity of the crossings along x, up to cell x
         std::uint64_t majority = 0;
         for (std::size_t x = 0; x < xs; ++x) {
             std::uint64_t before = 0;  // the previous word's last bit, copied to all 64 bits
+            __builtin_prefetch(&along_y[(std::min(x + kAhead, xs - 1) * ys + y) * words_]);
             for (std::size_t i = 0; i < words_; ++i) {
                 std::uint64_t& along = along_y[(x * ys + y) * words_ + i];
                 const std::size_t at = (y * xs + x) * words_ + i;
+                if ((inside[i] | along_x[at] | along | along_z[at] | before) == 0) continue;
                 const std::uint64_t a = inside[i] ^= along_x[at];
                 const std::uint64_t b = along;
                 const std::uint64_t c = parityUpTo(along_z[at]) ^ before;
@@ -248,6 +249,7 @@ void VoxelVotes::finish() {
     odd_ = std::move(crossings_[2]);
     crossings_[0] = {};
     scratch_.free();
+    sides_.reset();
 }
 
 void VoxelVotes::insideAt(int x, std::span<std::uint8_t> plane) const {

@@ -50,9 +50,7 @@ class VoxelVotes {
     VoxelVotes(const AxisBundles& lattice, const Solids& solids,
                Overlap overlap = Overlap::kWinding);
 
-    /// Adds a band of the bundle along `axis` (0–2). The bundle's rays must go through cell
-    /// centres, and its sides must lie along the other axes. Each band must be added once, one axis
-    /// after another.
+    /// Adds a band of the lattice's bundle along `axis` (0–2). Each band must be added once.
     void add(std::size_t axis, const Bundle& bundle, const LayeredImage& band);
 
     /// Counts the votes. Call this once, after the last band. The functions below are valid only
@@ -73,7 +71,7 @@ class VoxelVotes {
     /// Returns the number of cells on which the three rays disagree.
     std::uint64_t disputed() const { return disputed_; }
 
-    /// Returns the bytes that an axis takes besides the votes.
+    /// Returns the bytes that add() takes besides the votes.
     std::uint64_t sidesBytes() const { return solids_.sidesBytes(overlap_); }
     static std::uint64_t cellsOf(const AxisBundles& lattice);
     /// Returns the bytes of the votes.
@@ -82,28 +80,21 @@ class VoxelVotes {
     static std::size_t wordsOf(int cells) { return (static_cast<std::size_t>(cells) + 63) / 64; }
 
   private:
-    struct Scratch {
-        SolidSpans spans;
-        std::vector<RayInterval> inside;
-    };
     struct Line;
-
-    void addRay(std::span<const float> t, std::span<const std::uint32_t> keys, const Line& line,
-                Scratch& scratch) const;
 
     glm::dvec3 corner_;
     double spacing_;
     glm::ivec3 cells_;
+    std::vector<Bundle> bundles_;
     const Solids& solids_;
     Overlap overlap_;
-    std::optional<TriangleSides> sides_;  ///< for the rays along axis `sides_of_`
-    std::optional<std::size_t> sides_of_;
+    std::optional<TriangleSides> sides_;    ///< of all three bundles
     std::size_t words_;                     ///< number of words in a line along z
     std::array<ZeroedWords, 3> crossings_;  ///< per axis: where its rays enter and leave solids
     ZeroedWords inside_;                    ///< cells inside by majority
     ZeroedWords odd_;  ///< cells that one or three rays find inside; lines sorted by y, then x
     std::uint64_t occupied_ = 0, disputed_ = 0;
-    ObjectPool<Scratch> scratch_;
+    ObjectPool<SolidSpans> scratch_;
 };
 
 }  // namespace peeler

@@ -54,12 +54,7 @@ std::uint64_t elementsOf(const Primitive& primitive) {
     return 0;
 }
 
-Corners cornersOf(const Primitive& primitive, std::uint32_t element) {
-    if (primitive.topology == Topology::kTriangles && !primitive.indices.empty()) {
-        // What nearly all meshes are, so without the detours below.
-        const std::uint32_t* const vertex = &primitive.indices[std::size_t{3} * element];
-        return {3, {vertex[0], vertex[1], vertex[2]}};
-    }
+Corners cornersOfAny(const Primitive& primitive, std::uint32_t element) {
     Corners corners = placesOf(primitive.topology, element, sequenceOf(primitive));
     if (primitive.indices.empty()) return corners;
     for (std::size_t& vertex : corners.vertex)

@@ -23,10 +23,18 @@ struct Corners {
     std::array<std::size_t, 3> vertex{};
 };
 
+/// Like cornersOf(), which is faster for indexed triangles.
+Corners cornersOfAny(const Primitive& primitive, std::uint32_t element);
+
 /// Returns the vertices of a primitive's `element`-th element in GL's drawing order. Odd triangles
 /// of a strip are reversed, so that all triangles have the same orientation (OpenGL 4.5 core,
 /// §10.1).
-Corners cornersOf(const Primitive& primitive, std::uint32_t element);
+inline Corners cornersOf(const Primitive& primitive, std::uint32_t element) {
+    if (primitive.topology != Topology::kTriangles || primitive.indices.empty())
+        return cornersOfAny(primitive, element);
+    const std::uint32_t* const vertex = &primitive.indices[std::size_t{3} * element];
+    return {3, {vertex[0], vertex[1], vertex[2]}};
+}
 
 /// The point, line or triangle that a key identifies, in world space.
 struct WorldElement {

@@ -220,7 +220,8 @@ TEST(SolidSpansByWinding, ARayIsInsideUntilItHasLeftAsOftenAsEntered) {
     const Solids solids(posed);
     // Along +z, the first triangle of a tetrahedron faces the rays, the third faces away.
     const Bounds box{{0, 0, 0}, {1, 1, 1}};
-    const TriangleSides sides(posed, parallelBundle("z", box, box, {0, 0, 1}, {4}));
+    const Bundle bundle = parallelBundle("z", box, box, {0, 0, 1}, {4});
+    const TriangleSides sides(posed, {&bundle, 1});
     SolidSpans spans;
     const std::vector<float> t{1, 2, 3, 4, 5, 6};
     const auto found = [&](const std::vector<int>& of, const std::vector<int>& turns) {
@@ -254,7 +255,8 @@ TEST(SolidSpansByWinding, ARayDoesNotDependOnTheRayBefore) {
     const PosedScene posed(scene);
     const Solids solids(posed);
     const Bounds box{{0, 0, 0}, {1, 1, 1}};
-    const TriangleSides sides(posed, parallelBundle("z", box, box, {0, 0, 1}, {4}));
+    const Bundle bundle = parallelBundle("z", box, box, {0, 0, 1}, {4});
+    const TriangleSides sides(posed, {&bundle, 1});
     std::mt19937 random(7);
     SolidSpans reused;
     std::vector<std::uint32_t> keys;
