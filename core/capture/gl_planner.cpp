@@ -13,7 +13,6 @@
 #include "core/base/stage_times.h"
 #include "core/fragments/supersampling.h"
 #include "core/image/channels.h"
-#include "core/raster/surface_values.h"
 
 namespace peeler {
 namespace {
@@ -86,7 +85,6 @@ void checkRays(const View& view, const CaptureSettings& settings) {
     if (settings.clip.active())
         throw Error(ErrorKind::kUsage, "a picture through a lens cannot be clipped", where,
                     "leave the clip volume out, or render a pinhole picture");
-    checkSurfaceChannels(settings.channels);
 }
 
 bool skipsHidden(const CaptureSettings& settings) {

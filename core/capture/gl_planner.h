@@ -17,7 +17,7 @@ namespace peeler {
 void checkSettings(const CaptureSettings& settings);
 
 /// Throws Error (kUsage) if the settings cannot be used for a view with View::rays: an approximate
-/// method, a clip volume, a channel that hits lack.
+/// method, or a clip volume.
 void checkRays(const View& view, const CaptureSettings& settings);
 
 /// Whether a capture may skip fragments behind opaque surfaces because its composite is exact and

@@ -329,21 +329,12 @@ void forEachPoint(const PosedScene& posed, const View& view, const glm::ivec2& p
 
 }  // namespace
 
-void checkSurfaceChannels(std::span<const Channel> channels) {
-    for (const Channel channel : channels) {
-        const ChannelInfo& info = infoOf(channel);
-        if (info.definition.empty() || evaluationOf(channel)) continue;
-        throw Error(ErrorKind::kUsage, "hits have no channel '" + std::string(info.name) + "'");
-    }
-}
-
 void checkHitSettings(const CaptureSettings& settings) {
     if (settings.hit_mode == HitMode::kNone || settings.composite || settings.samples > 1 ||
         settings.max_layers != 0 || settings.occlusion_ratio > 0 || settings.clip.active() ||
         settings.opaque_only || settings.surfaces != Surfaces::kAll) {
         throw Error(ErrorKind::kInternal, "the ray tracer does not support these capture settings");
     }
-    checkSurfaceChannels(settings.channels);
 }
 
 std::vector<float> surfaceValues(const PosedScene& posed, const View& view,

@@ -51,12 +51,8 @@ Window texelsAround(const Image& image, const TextureRef& texture,
 glm::dvec4 texelIn(const Image& image, const Sampler& sampler, const glm::dvec2& at, bool nearest,
                    bool srgb);
 
-/// Throws Error (kUsage) if surfaceValues() does not support one of the channels.
-void checkSurfaceChannels(std::span<const Channel> channels);
-
 /// Throws Error (kInternal) if the settings request a picture or features that only pictures have
-/// (clip volumes, hidden surfaces, composites, samples, a layer limit), and like
-/// checkSurfaceChannels().
+/// (clip volumes, hidden surfaces, composites, samples, a layer limit).
 void checkHitSettings(const CaptureSettings& settings);
 
 /// Returns the values of the channels (core/image/channels.h) for every hit of a band, as shaders

@@ -22,7 +22,7 @@ constexpr const char* kCameraOtherKeys =
 constexpr const char* kCameraOtherContent =
     "BOP: objects of pictures without a camera, anything else; `.npz`: other arrays";
 constexpr const char* kCameraNotPinhole =
-    "lens distortion (except by `rays`), skew, other lenses, also of unused cameras; COLMAP: an "
+    "skew, other lenses, also of unused cameras; COLMAP: an "
     "image without its "
     "line of points, too many camera numbers; arrays: other shapes, non-numbers; `.jsonl`: other "
     "keys";
