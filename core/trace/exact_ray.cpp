@@ -48,6 +48,12 @@ int compared(const Digits& a, const Digits& b) {
     return 0;
 }
 
+/// Returns the exponent of a positive number: std::ilogb().
+int exponentOf(double value) {
+    if (!std::isnormal(value)) return std::ilogb(value);
+    return static_cast<int>(std::bit_cast<std::uint64_t>(value) >> 52) - 1023;
+}
+
 double toDouble(Wide positive) {
     return static_cast<double>(static_cast<std::uint64_t>(positive >> 64)) * 0x1p64 +
            static_cast<double>(static_cast<std::uint64_t>(positive));
@@ -98,7 +104,7 @@ std::optional<ExactRay> ExactRay::make(const CellGrid& grid, const glm::dvec3& o
         return std::nullopt;
     ExactRay ray;
     // The largest component becomes a number from 2^51 up to 2^52.
-    const int scale = CellGrid::kDirectionBits - 1 - std::ilogb(most);
+    const int scale = CellGrid::kDirectionBits - 1 - exponentOf(most);
     const double factor = powerOfTwo(scale);
     glm::dvec3 along = direction * factor;
     if (!std::isfinite(factor))

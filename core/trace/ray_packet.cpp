@@ -131,6 +131,13 @@ PEELER_INLINE void findEdges(const TriangleBlock& block, const std::array<float,
         farthest * (longest * 0x1p-18F + 0x1p-21F) + longest * errors.per_edge + errors.least;
 }
 
+glm::dvec3 vector(const Cells& v) {
+    return {v[0], v[1], v[2]};
+}
+double size(const glm::dvec3& v) {
+    return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+}
+
 using FourDoubles = double __attribute__((vector_size(32), may_alias));
 
 PEELER_INLINE const FourDoubles& fourAt(const double* lanes) {
@@ -216,6 +223,46 @@ struct PacketTests {
             testBlocks<true>(packet, blocks, found);
     }
 
+    /// Decides in double precision which rays pass inside, where floats did not.
+    PEELER_INLINE static void testEdges(const RayPacket& packet, const CellCorners& corners,
+                                        PacketCandidate& candidate) {
+        std::array<glm::dvec3, 3> edge, normal;
+        double farthest = packet.cone_.spread, longest = 0;
+        for (std::size_t i = 0; i < 3; ++i) {
+            const glm::dvec3 from = vector(corners[i] - packet.cone_.origin);
+            edge[i] = vector(corners[(i + 1) % 3] - corners[i]);
+            normal[i] = glm::cross(from, edge[i]);
+            farthest = std::max(farthest, packet.cone_.spread + size(from));
+            longest = std::max(longest, size(edge[i]));
+        }
+        const double error = longest * farthest * (0x1p52 * 0x1p-47);
+        const std::uint64_t open = candidate.may & ~candidate.inside;
+        for (std::size_t first = 0; first < packet.count_; first += 4) {
+            if ((open >> first & 0xF) == 0) continue;
+            const auto& [x, y, z] = packet.along_;
+            const auto& [u, v, w] = packet.offset_;
+            const FourDoubles moment[3] = {
+                fourAt(&y[first]) * fourAt(&w[first]) - fourAt(&z[first]) * fourAt(&v[first]),
+                fourAt(&z[first]) * fourAt(&u[first]) - fourAt(&x[first]) * fourAt(&w[first]),
+                fourAt(&x[first]) * fourAt(&v[first]) - fourAt(&y[first]) * fourAt(&u[first])};
+            FourDoubles low, high;
+            for (std::size_t i = 0; i < 3; ++i) {
+                FourDoubles side;
+                dot(packet.along_, first, normal[i], side);
+                side =
+                    side - (moment[0] * edge[i].x + moment[1] * edge[i].y + moment[2] * edge[i].z);
+                if (i == 0) low = high = side;
+                low = side < low ? side : low;
+                high = side > high ? side : high;
+            }
+            const auto bits = [&](const auto& lanes) {
+                return std::uint64_t{bitsOf(__builtin_convertvector(lanes, FourInts))} << first;
+            };
+            candidate.may &= ~bits((low < -error) & (high > error));
+            candidate.inside |= bits((low > error) | (high < -error));
+        }
+    }
+
     PEELER_INLINE static void dot(const RayPacket::Lanes<double>& lanes, std::size_t first,
                                   const glm::dvec3& normal, FourDoubles& result) {
         result = fourAt(lanes[0].data() + first) * normal.x +
@@ -225,11 +272,8 @@ struct PacketTests {
 
     /// Finds t in double precision where its error does not matter (README.md).
     PEELER_INLINE static void findTimes(const RayPacket& packet, const CellCorners& corners,
-                                        std::uint64_t may, Times& times) {
-        const auto vector = [](const Cells& v) { return glm::dvec3(v[0], v[1], v[2]); };
-        const auto size = [](const glm::dvec3& v) {
-            return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
-        };
+                                        PacketCandidate& candidate, Times& times) {
+        if (candidate.may != candidate.inside) testEdges(packet, corners, candidate);
         const glm::dvec3 from = vector(corners[0] - packet.cone_.origin),
                          u = vector(corners[1] - corners[0]), v = vector(corners[2] - corners[0]),
                          normal = glm::cross(u, v);
@@ -239,7 +283,7 @@ struct PacketTests {
         constexpr float kLeast = std::numeric_limits<float>::min(),
                         kMost = std::numeric_limits<float>::max();
         for (std::size_t first = 0; first < packet.count_; first += 4) {
-            if ((may >> first & 0xF) == 0) continue;
+            if ((candidate.may >> first & 0xF) == 0) continue;
             FourDoubles along, across;
             dot(packet.along_, first, normal, along);
             dot(packet.offset_, first, normal, across);
@@ -272,8 +316,8 @@ struct PacketTests {
     }
     [[gnu::target("avx2")]] static void findTimesOnAvx2(const RayPacket& packet,
                                                         const CellCorners& corners,
-                                                        std::uint64_t may, Times& times) {
-        findTimes(packet, corners, may, times);
+                                                        PacketCandidate& candidate, Times& times) {
+        findTimes(packet, corners, candidate, times);
     }
 #endif
 };
@@ -287,16 +331,16 @@ void RayPacket::candidates(std::span<const BlockPart> blocks,
     PacketTests::testBlocks(*this, blocks, found);
 }
 
-void RayPacket::findHits(const CellCorners& corners, const PacketCandidate& candidate,
+void RayPacket::findHits(const CellCorners& corners, PacketCandidate candidate,
                          std::vector<Hit>& hits) const {
     hits.clear();
     PacketTests::Times times;
 #ifdef __x86_64__
     if (hasAvx2())
-        PacketTests::findTimesOnAvx2(*this, corners, candidate.may, times);
+        PacketTests::findTimesOnAvx2(*this, corners, candidate, times);
     else
 #endif
-        PacketTests::findTimes(*this, corners, candidate.may, times);
+        PacketTests::findTimes(*this, corners, candidate, times);
     for (std::uint64_t may = candidate.may & ~times.behind; may != 0; may &= may - 1) {
         const auto i = static_cast<std::size_t>(std::countr_zero(may));
         const bool inside = (candidate.inside >> i & 1) != 0;

@@ -55,7 +55,7 @@ class RayPacket {
 
     /// Writes the hits of a candidate, which is not flat, to `hits`, in the order of rays.
     /// Overwrites `hits`.
-    void findHits(const CellCorners& corners, const PacketCandidate& candidate,
+    void findHits(const CellCorners& corners, PacketCandidate candidate,
                   std::vector<Hit>& hits) const;
 
   private:

@@ -2,8 +2,8 @@
 #include "core/trace/ray_tracer.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <numeric>
 #include <utility>
@@ -16,15 +16,7 @@
 namespace peeler {
 namespace {
 
-constexpr std::size_t kVerticesAtOnce = 8192, kRaysAtOnce = 1024;
-
-/// A hit as one number: the bits of t above the key. The bits of positive floats sort like the
-/// floats.
-using SortedHit = std::uint64_t;
-
-SortedHit sortedHit(float t, std::uint32_t key) {
-    return SortedHit{std::bit_cast<std::uint32_t>(t)} << 32 | key;
-}
+constexpr std::size_t kVerticesAtOnce = 8192;
 
 bool isFinite(const glm::dvec3& point) {
     // Larger coordinates could overflow.
@@ -169,7 +161,6 @@ struct RayTracer::Scratch {
     std::vector<PacketCandidate> packet_candidates;
     std::vector<RayPacket::Hit> packet_hits;
     std::vector<GroupHit> found;
-    std::vector<SortedHit> sorted;
 };
 
 /// Applies the settings and the rules of culling and of alpha to an intersection.
@@ -252,54 +243,48 @@ void RayTracer::addSorted(std::size_t rays, Scratch& scratch, HitList& all) {
         ++ends[hit.ray];
     all.counts.insert(all.counts.end(), ends.begin(), ends.begin() + rays);
     std::exclusive_scan(ends.begin(), ends.end(), ends.begin(), 0U);
-    scratch.sorted.resize(scratch.found.size());
+    const std::size_t before = all.hits.size();
+    all.hits.resize(before + scratch.found.size());
+    const std::span sorted = std::span(all.hits).subspan(before);
     for (const GroupHit& hit : scratch.found)
-        scratch.sorted[ends[hit.ray]++] = hit.hit;
-    for (std::size_t i = 0; i < rays; ++i)
-        std::sort(scratch.sorted.begin() + (i == 0 ? 0 : ends[i - 1]),
-                  scratch.sorted.begin() + ends[i]);
-    const std::size_t before = all.t.size();
-    all.t.resize(before + scratch.sorted.size());
-    all.keys.resize(all.t.size());
-    for (std::size_t i = 0; i < scratch.sorted.size(); ++i) {
-        all.t[before + i] =
-            std::bit_cast<float>(static_cast<std::uint32_t>(scratch.sorted[i] >> 32));
-        all.keys[before + i] = static_cast<std::uint32_t>(scratch.sorted[i]);
+        sorted[ends[hit.ray]++] = hit.hit;
+    std::size_t first = 0;
+    for (std::size_t i = 0; i < rays; ++i) {
+        std::ranges::sort(sorted.subspan(first, ends[i] - first));
+        first = ends[i];
     }
 }
 
 void RayTracer::trace(std::span<const Ray> rays, const TraceSettings& settings,
-                      RayHits& hits) const {
-    const std::size_t tasks = (rays.size() + kRaysAtOnce - 1) / kRaysAtOnce;
-    std::vector<HitList>& parts = hits.parts;
-    parts.resize(tasks);
+                      std::vector<HitList>& parts) const {
+    parts.resize((rays.size() + kRaysOfPart - 1) / kRaysOfPart);
     ObjectPool<Scratch> scratches;
-    hits.offsets.assign(rays.size() + 1, 0);
-    parallelFor(tasks, [&](std::size_t task) {
-        const std::size_t end = std::min(rays.size(), (task + 1) * kRaysAtOnce);
-        parts[task].counts.clear();
-        parts[task].t.clear();
-        parts[task].keys.clear();
+    parallelFor(parts.size(), [&](std::size_t task) {
+        HitList& part = parts[task];
+        part.counts.clear();
+        part.hits.clear();
+        const std::size_t end = std::min(rays.size(), (task + 1) * kRaysOfPart);
         scratches.with([&](Scratch& scratch) {
-            for (std::size_t i = task * kRaysAtOnce; i < end; i += RayPacket::kMost)
+            for (std::size_t i = task * kRaysOfPart; i < end; i += RayPacket::kMost)
                 traceGroup(rays.subspan(i, std::min(RayPacket::kMost, end - i)), settings, scratch,
-                           parts[task]);
+                           part);
         });
     });
-    std::size_t ray = 0;
+}
+
+void RayTracer::trace(std::span<const Ray> rays, const TraceSettings& settings,
+                      RayHits& hits) const {
+    std::vector<HitList> parts;
+    trace(rays, settings, parts);
+    hits.offsets.assign(1, 0);
+    hits.t.clear();
+    hits.keys.clear();
     for (const HitList& part : parts) {
-        for (const std::uint32_t count : part.counts) {
-            hits.offsets[ray + 1] = hits.offsets[ray] + count;
-            ++ray;
-        }
+        for (const std::uint32_t count : part.counts)
+            hits.offsets.push_back(hits.offsets.back() + count);
+        std::ranges::transform(part.hits, std::back_inserter(hits.t), tOf);
+        std::ranges::transform(part.hits, std::back_inserter(hits.keys), keyOf);
     }
-    hits.t.resize(static_cast<std::size_t>(hits.offsets.back()));
-    hits.keys.resize(hits.t.size());
-    parallelFor(tasks, [&](std::size_t task) {
-        const auto at = static_cast<std::ptrdiff_t>(hits.offsets[task * kRaysAtOnce]);
-        std::copy(parts[task].t.begin(), parts[task].t.end(), hits.t.begin() + at);
-        std::copy(parts[task].keys.begin(), parts[task].keys.end(), hits.keys.begin() + at);
-    });
 }
 
 std::array<double, 3> RayTracer::weightsAt(const Ray& ray, std::uint32_t key) const {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <glm/glm.hpp>
@@ -19,11 +20,24 @@
 
 namespace peeler {
 
-/// The hits of some rays, one after the other.
+/// A hit as one number: the bits of t above the key (DrawList). The bits of positive floats sort
+/// like the floats.
+using SortedHit = std::uint64_t;
+
+inline SortedHit sortedHit(float t, std::uint32_t key) {
+    return SortedHit{std::bit_cast<std::uint32_t>(t)} << 32 | key;
+}
+inline float tOf(SortedHit hit) {
+    return std::bit_cast<float>(static_cast<std::uint32_t>(hit >> 32));
+}
+inline std::uint32_t keyOf(SortedHit hit) {
+    return static_cast<std::uint32_t>(hit);
+}
+
+/// The hits of some rays, in order.
 struct HitList {
     std::vector<std::uint32_t> counts;  ///< by ray
-    std::vector<float> t;
-    std::vector<std::uint32_t> keys;  ///< DrawList
+    std::vector<SortedHit> hits;
 };
 
 /// The hits of a list of rays. Ray i has the hits offsets[i] to offsets[i + 1] − 1, in order of t;
@@ -37,8 +51,6 @@ struct RayHits {
     std::size_t count(std::size_t ray) const {
         return static_cast<std::size_t>(offsets[ray + 1] - offsets[ray]);
     }
-
-    std::vector<HitList> parts;  ///< working storage, to keep its memory
 };
 
 /// The settings that decide which intersections are hits (core/README.md, "What a fragment is").
@@ -68,7 +80,13 @@ class RayTracer {
     /// built.
     static std::uint64_t mostBytes(const PosedScene& posed);
 
-    /// Finds the hits of rays, in parallel. Overwrites `hits`.
+    static constexpr std::size_t kRaysOfPart = 1024;
+
+    /// Finds the hits of rays, in parallel. Writes the hits of every kRaysOfPart successive rays to
+    /// a part. Overwrites `parts`.
+    void trace(std::span<const Ray> rays, const TraceSettings& settings,
+               std::vector<HitList>& parts) const;
+    /// Finds the hits of rays. Overwrites `hits`.
     void trace(std::span<const Ray> rays, const TraceSettings& settings, RayHits& hits) const;
 
     /// Returns the barycentric weights of a hit.

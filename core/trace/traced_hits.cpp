@@ -142,7 +142,7 @@ struct TracedHits::State {
     std::uint64_t again_of = 0;    ///< TracedPlan::number of these rows
     std::uint64_t plans = 0;       ///< number of plans made
     std::vector<Ray> window_rays;  ///< that are traced together, and their hits
-    RayHits window_hits;
+    std::vector<HitList> parts;
     LayeredImage image;
 };
 
@@ -183,35 +183,39 @@ TracedRows TracedHits::State::trace(const TracedPlan& plan, const Window& window
         settings.far = view.projection.far;
     }
     findRays(view, window, tiled, window_rays);
-    const std::vector<Ray>& rays = window_rays;
-    RayHits& hits = window_hits;
     const auto without =
-        static_cast<std::uint64_t>(std::ranges::count(rays, glm::dvec3(0), &Ray::direction));
-    tracer->trace(rays, settings, hits);
-    constexpr std::uint64_t kMostHits = std::numeric_limits<std::uint32_t>::max();
-    if (hits.t.size() > kMostHits)
+        static_cast<std::uint64_t>(std::ranges::count(window_rays, glm::dvec3(0), &Ray::direction));
+    tracer->trace(window_rays, settings, parts);
+    std::size_t hits = 0;
+    for (const HitList& part : parts)
+        hits += part.hits.size();
+    if (hits > std::numeric_limits<std::uint32_t>::max())
         throw Error(ErrorKind::kInput, "some rows of the picture have more than 2^32 hits", "",
                     "give a smaller " + Parameter::kSize);
-    TracedRows rows{window, std::vector<std::uint32_t>(window.pixels() + 1), {}, {}, without};
-    if (!tiled) {
-        std::ranges::transform(hits.offsets, rows.offsets.begin(),
-                               [](std::uint64_t at) { return static_cast<std::uint32_t>(at); });
-        rows.z = hits.t;
-        rows.keys = hits.keys;
-        return rows;
-    }
-    std::size_t ray = 0;
-    forEachTiled(window, [&](std::size_t pixel) {
-        rows.offsets[pixel + 1] = static_cast<std::uint32_t>(hits.count(ray++));
+    TracedRows rows{window, std::vector<std::uint32_t>(window.pixels() + 1),
+                    std::vector<float>(hits), std::vector<std::uint32_t>(hits), without};
+    // Calls visit(pixel, part, i) for each ray i of each part.
+    const auto each_ray = [&](const auto& visit) {
+        constexpr std::size_t kPart = RayTracer::kRaysOfPart;
+        std::size_t ray = 0;
+        const auto next = [&](std::size_t pixel) {
+            visit(pixel, parts[ray / kPart], ray % kPart);
+            ++ray;
+        };
+        if (tiled) return forEachTiled(window, next);
+        for (std::size_t pixel = 0; pixel < window.pixels(); ++pixel)
+            next(pixel);
+    };
+    each_ray([&](std::size_t pixel, const HitList& part, std::size_t i) {
+        rows.offsets[pixel + 1] = part.counts[i];
     });
     std::partial_sum(rows.offsets.begin(), rows.offsets.end(), rows.offsets.begin());
-    rows.z.resize(hits.t.size());
-    rows.keys.resize(hits.t.size());
-    std::size_t from = 0;
-    forEachTiled(window, [&](std::size_t pixel) {
+    const SortedHit* from = nullptr;
+    each_ray([&](std::size_t pixel, const HitList& part, std::size_t i) {
+        if (i == 0) from = part.hits.data();
         for (std::size_t to = rows.offsets[pixel]; to < rows.offsets[pixel + 1]; ++to, ++from) {
-            rows.z[to] = hits.t[from];
-            rows.keys[to] = hits.keys[from];
+            rows.z[to] = tOf(*from);
+            rows.keys[to] = keyOf(*from);
         }
     });
     return rows;
@@ -270,7 +274,7 @@ CapturePlan TracedHits::plan(const View& view, const CaptureSettings& settings,
             progress(kTracedPlanShare * static_cast<double>(rows.y1 - crop.y0) / crop.height());
     }
     s.window_rays = {};
-    s.window_hits = {};
+    s.parts = {};
     const Plan plan = hitPlan(view, settings, traced->complexity);
     return {plan, std::move(traced), without_ray};
 }
@@ -377,7 +381,7 @@ CaptureReport TracedHits::capture(const CapturePlan& planned, Sink& sink,
     }
     s.again = {};
     s.window_rays = {};
-    s.window_hits = {};
+    s.parts = {};
     return report;
 }
 
