@@ -49,7 +49,8 @@ constexpr const char* kRaysFooter =
     "primitive_uvs (n, 2; weights of the second and third corner), facing (n; 1 = the front),\n"
     "normals (for shading) and primitive_normals (of the flat triangle) (n, 3; world space,\n"
     "pointing out of the front), node_ids, mesh_ids, instance_ids (within the node), material_ids\n"
-    "(n; indices into the glTF, from 0, 0xFFFFFFFF = none); --columns chooses among these.\n"
+    "(n; indices into the glTF, from 0, 0xFFFFFFFF = none); --columns chooses among these, and\n"
+    "base_color (n, 4; R, G, B, A, linear, textures filtered over the footprints of pixels).\n"
     "Per bundle: bundle_origin, bundle_direction, bundle_right, bundle_up (b, 3; float64),\n"
     "bundle_size (b, 2; float64), bundle_resolution (b, 2; int64), bundle_window (b, 4; int64;\n"
     "x, y, width, height of the traced rays: all rays without --crop) and bundle_perspective (b;\n"
@@ -88,7 +89,7 @@ constexpr const char* kRaysFooter =
     "(d, 3). If a point lies on a surface, t_before is 0.";
 
 /// Parses a list of columns such as "t_hit,normals", or "all". Returns the columns in the order of
-/// the table; empty = all.
+/// the table; empty = those by default.
 std::vector<std::string> parseColumns(const std::string& text) {
     std::vector<std::string_view> names;
     for (const HitColumn& column : hitColumns())
@@ -216,7 +217,7 @@ void addRaysOptions(VerbOptions& verb, RaysOptions& options) {
         verb, "--columns", "LIST|all", options.columns, parseColumns,
         "columns of the hits, separated by commas; fewer columns are faster; besides them, arrays "
         "always have ray_splits and the bundles, and a .ply always has x, y, z and bundle "
-        "(default: all):")
+        "(default: all, which leaves out base_color):")
         .someOf(columnChoices())
         .group("Output");
     addDenseOptions(verb, options.output);

@@ -34,7 +34,7 @@ struct RaysOptions : CaptureJobOptions {
     std::optional<Faces> faces;  ///< none = the default of chosenFaces()
     bool refine = true;
     bool double_points = false;
-    /// Columns of the hit table, in the order of hitColumns(); empty = all.
+    /// Columns of the hit table, in the order of hitColumns(); empty = those by default.
     std::vector<std::string> columns;
     /// A file of query points. If given, the output has the nearest hit before and the nearest hit
     /// after each point along every direction, instead of all hits.

@@ -59,6 +59,7 @@ class HitArrays final : public RayOutput {
     }
 
     void finish() override { writer_->finish(); }
+    SinkMemory memory(const Bundle&) const override { return {.bytes = reader_.mostBytes()}; }
 
   private:
     std::vector<NamedArray> arraysOf(std::span<const Bundle> bundles,

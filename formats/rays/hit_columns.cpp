@@ -31,6 +31,11 @@ void putOnTheFront(const HitBatch& hits, std::byte* out, std::size_t stride,
     putEach(hits, out, stride, [&](std::size_t i) { return hits.facing[i] * vectors[i]; });
 }
 
+/// Returns a premultiplied colour, not multiplied.
+glm::vec4 straight(const glm::vec4& color) {
+    return color.a > 0 ? glm::vec4(glm::vec3(color) / color.a, color.a) : glm::vec4(0);
+}
+
 }  // namespace
 
 std::span<const HitColumn> hitColumns() {
@@ -121,6 +126,15 @@ std::span<const HitColumn> hitColumns() {
          [](const HitBatch& hits, std::byte* out, std::size_t stride) {
              putEach(hits, out, stride, [&](std::size_t i) { return hits.places[i].material; });
          }},
+        {kBaseColorColumn,
+         kFloat,
+         {"base_r", "base_g", "base_b", "base_a"},
+         {},
+         [](const HitBatch& hits, std::byte* out, std::size_t stride) {
+             putEach(hits, out, stride,
+                     [&](std::size_t i) { return straight(hits.base_colors[i]); });
+         },
+         false},
     };
     return kColumns;
 }
@@ -133,8 +147,9 @@ std::vector<HitColumn> chosenHitColumns(std::span<const std::string> names,
             throw Error(ErrorKind::kInternal, "hits have no such column", name);
     std::vector<HitColumn> chosen;
     for (const HitColumn& column : all)
-        if (names.empty() ? column.name != kCameraZColumn || haveLens(bundles)
-                          : std::ranges::find(names, column.name) != names.end())
+        if (names.empty()
+                ? column.by_default && (column.name != kCameraZColumn || haveLens(bundles))
+                : std::ranges::find(names, column.name) != names.end())
             chosen.push_back(column);
     if (std::ranges::find(names, kCameraZColumn) == names.end()) return chosen;
     for (const Bundle& bundle : bundles)

@@ -7,6 +7,7 @@
 #include <functional>
 #include <glm/glm.hpp>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -15,6 +16,7 @@
 #include <peeler/bundle.h>
 #include <peeler/channels.h>
 #include <peeler/layered_image.h>
+#include "core/raster/surface_values.h"
 #include "core/scene/posed_scene.h"
 #include "formats/arrays/table_writers.h"
 #include "formats/rays/ray_output.h"
@@ -49,6 +51,7 @@ struct HitBatch {
     std::span<const glm::vec2> barycentrics{};
     /// In world space, on the side of the surface that the ray comes from.
     std::span<const glm::vec3> normals{}, geometric_normals{};
+    std::span<const glm::vec4> base_colors{};  ///< SurfaceColors, if requested
 };
 
 /// A column: one quantity (a number or a vector) of every hit.
@@ -60,6 +63,7 @@ struct HitColumn {
     /// Stores the column's values for all hits of the batch, each `stride` bytes after the previous
     /// one.
     void (*put)(const HitBatch& hits, std::byte* out, std::size_t stride);
+    bool by_default = true;  ///< whether to write the column if no columns are named
 
     std::size_t components() const { return properties.size(); }
     std::size_t bytes() const { return components() * infoOf(type).size; }
@@ -71,12 +75,13 @@ struct HitColumn {
 std::span<const HitColumn> hitColumns();
 
 /// Returns the columns with these names, in the order of the table. If `names` is empty, returns
-/// all columns, but kCameraZColumn only if a bundle has a lens. Throws Error (kInternal) if the
-/// table lacks a name, and Error (kUsage) if kCameraZColumn is named but a bundle has no camera Z.
+/// those by default, but kCameraZColumn only if a bundle has a lens. Throws Error (kInternal) if
+/// the table lacks a name, and Error (kUsage) if kCameraZColumn is named but a bundle has no camera
+/// Z.
 std::vector<HitColumn> chosenHitColumns(std::span<const std::string> names,
                                         std::span<const Bundle> bundles);
 
-inline constexpr std::string_view kCameraZColumn = "z_hit";
+inline constexpr std::string_view kCameraZColumn = "z_hit", kBaseColorColumn = "base_color";
 
 /// Whether a bundle has a lens. Z is then the distance, and hits have camera Z besides it.
 bool haveLens(std::span<const Bundle> bundles);
@@ -90,8 +95,8 @@ std::vector<Channel> channelsOf(std::span<const HitColumn> columns);
 /// A converter from fragments to hits. Finds the hits' triangles by the keys of the fragments.
 class HitReader {
   public:
-    /// `positions`: whether to compute HitBatch::positions. Computes HitBatch::camera_z if one of
-    /// the columns is kCameraZColumn.
+    /// `positions`: whether to compute HitBatch::positions. Computes HitBatch::camera_z and
+    /// base_colors if the columns need them.
     HitReader(PosedScene posed, std::span<const HitColumn> columns, bool positions = false);
 
     /// Calls use(batch) for batches that together hold all hits of a band, in any order and on all
@@ -102,12 +107,16 @@ class HitReader {
     void readSome(const Bundle& bundle, const LayeredImage& band, std::size_t first,
                   std::size_t size, const std::function<void(const HitBatch&)>& use) const;
 
+    /// Returns the bytes that textures take.
+    std::uint64_t mostBytes() const { return colors_ ? colors_->mostBytes() : 0; }
+
   private:
     /// Storage for the computed values of HitBatch.
     struct Storage {
         std::vector<HitPlace> places;
         std::vector<float> t, camera_z;
         std::vector<glm::dvec3> positions;
+        std::vector<glm::vec4> base_colors;
     };
     void place(std::span<const std::uint32_t> keys, Storage& storage, HitBatch& hits) const;
     void measure(const Bundle& bundle, const LayeredImage& band, Storage& storage,
@@ -115,6 +124,7 @@ class HitReader {
 
     PosedScene posed_;
     bool positions_, camera_z_;
+    std::optional<SurfaceColors> colors_;  ///< for kBaseColorColumn
     std::vector<HitInstance> instances_;
     /// Material of each surface in DrawList::surfaces(), in the form of HitPlace::material.
     std::vector<std::uint32_t> materials_;

@@ -70,6 +70,7 @@ class HitPlanes final : public RayOutput {
     }
 
     void finish() override { writer_->finish(); }
+    SinkMemory memory(const Bundle&) const override { return {.bytes = reader_.mostBytes()}; }
 
   private:
     static DensePlanes::Column planesOf(const HitColumn& column) {

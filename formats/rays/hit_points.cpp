@@ -54,6 +54,7 @@ class HitPoints final : public RayOutput {
     }
 
     void finish() override { writer_->finish(); }
+    SinkMemory memory(const Bundle&) const override { return {.bytes = reader_.mostBytes()}; }
 
   private:
     std::vector<PlyProperty> properties() const {

@@ -44,6 +44,8 @@ HitReader::HitReader(PosedScene posed, std::span<const HitColumn> columns, bool 
     : posed_(std::move(posed)),
       positions_(positions),
       camera_z_(std::ranges::find(columns, kCameraZColumn, &HitColumn::name) != columns.end()) {
+    if (std::ranges::find(columns, kBaseColorColumn, &HitColumn::name) != columns.end())
+        colors_.emplace(posed_);
     const std::vector<std::uint32_t> ordinals = posed_.instanceOrdinals();
     for (std::size_t i = 0; i < ordinals.size(); ++i) {
         const MeshInstance& instance = posed_.meshes()[i];
@@ -98,15 +100,17 @@ void HitReader::place(std::span<const std::uint32_t> keys, Storage& storage, Hit
     hits.places = storage.places;
 }
 
-/// Computes distances and, if requested, camera Z and positions.
+/// Computes distances and, if requested, camera Z, positions and base colours.
 void HitReader::measure(const Bundle& bundle, const LayeredImage& band, Storage& storage,
                         HitBatch& hits) const {
     hits.t = std::span(band.z).subspan(hits.first, hits.size);
     const View& view = bundle.view;
-    if ((bundle.parallel() || view.rays) && !positions_ && !camera_z_) return;
+    if ((bundle.parallel() || view.rays) && !positions_ && !camera_z_ && !colors_) return;
     storage.t.resize(hits.size);
     storage.camera_z.resize(camera_z_ ? hits.size : 0);
     storage.positions.resize(positions_ ? hits.size : 0);
+    storage.base_colors.resize(colors_ ? hits.size : 0);
+    const auto keys = band.extra.at(0).as<std::uint32_t>().subspan(hits.first, hits.size);
     const auto width = static_cast<std::size_t>(band.window.width());
     const auto after = std::ranges::upper_bound(band.offsets, hits.first);
     auto pixel = static_cast<std::size_t>(after - band.offsets.begin()) - 1;
@@ -116,6 +120,9 @@ void HitReader::measure(const Bundle& bundle, const LayeredImage& band, Storage&
         const int x = band.window.x0 + static_cast<int>(pixel % width);
         const int y = band.window.y0 + static_cast<int>(pixel / width);
         const double scale = bundle.tScale(x, y);
+        if (colors_)
+            colors_->ofRay(view, {x, y}, keys.subspan(i, end - i),
+                           std::span(storage.base_colors).subspan(i, end - i));
         const double along_axis = camera_z_ ? cameraZScale(view, x, y) : 1;
         for (; i < end; ++i) {
             const auto z = static_cast<double>(hits.t[i]);
@@ -128,6 +135,7 @@ void HitReader::measure(const Bundle& bundle, const LayeredImage& band, Storage&
     hits.t = storage.t;
     hits.camera_z = storage.camera_z;
     hits.positions = storage.positions;
+    hits.base_colors = storage.base_colors;
 }
 
 }  // namespace peeler

@@ -96,8 +96,7 @@ struct HitOptions {
     std::string comment{};  ///< for point clouds: one line
     /// Whether positions in point clouds have 64 bits instead of 32.
     bool double_positions = false;
-    /// Arrays and point clouds: names of hitColumns() (hit_columns.h); if empty, all columns that
-    /// the bundles need.
+    /// Arrays and point clouds: names of hitColumns() (hit_columns.h); if empty, those by default.
     std::vector<std::string> columns{};
     std::vector<Bundle> bundles{};  ///< those of begin()
     /// For arrays: if set, planes are written instead of lists.

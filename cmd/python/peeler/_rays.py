@@ -17,7 +17,7 @@ class Hits:
     """All hits of bundles of rays in CSR form: ray r has the hits splits[r] up to splits[r + 1], nearest first. Rays
     are ordered by bundle, then row by row. hits[name] is a column, with the name and values of
     `peeler rays -o hits.npz`: t_hit (distance from the ray's start), geometry_ids, primitive_ids, primitive_uvs,
-    facing, normals, primitive_normals, node_ids, mesh_ids, instance_ids, material_ids.
+    facing, normals, primitive_normals, node_ids, mesh_ids, instance_ids, material_ids; base_color if it is named.
     """
 
     def __init__(self, data, traced, columns):

@@ -79,5 +79,46 @@ TEST(BaseColorMap, ThroughAFisheye) {
     EXPECT_NE(refused.err.find("base colours have no range"), std::string::npos) << refused.err;
 }
 
+TEST(BaseColorColumn, IsWhatTheMapComposites) {
+    const ScratchDir scratch;
+    const std::string scene = (sourceDir() / "examples/scenes/engine.glb").string();
+    const std::vector<std::string> camera{"--lens", "fisheye",      "--fov",  "120",
+                                          "--eye",  "0.2,0.25,0.5", "--size", "80x60"};
+    const auto traced = [&](const char* name, std::vector<std::string> options) {
+        options.insert(options.begin(), {"rays", scene, "--quiet", "-o", scratch / name});
+        options.insert(options.end(), camera.begin(), camera.end());
+        const Outcome run = runPeeler(options);
+        EXPECT_EQ(run.exit_code, 0) << run.err;
+        return scratch / name;
+    };
+    const auto hits = readNpz(traced("hits.npz", {"--columns", "t_hit,base_color"}));
+    const auto map = readNpz(traced("map.npz", {"--map", "base-color"}));
+    const auto splits = hits.at("ray_splits").as<std::int64_t>();
+    const auto colors = hits.at("base_color").as<float>();
+    ASSERT_EQ(hits.at("base_color").shape, "(" + std::to_string(splits.back()) + ", 4)");
+    ASSERT_GT(splits.back(), 1000);
+    constexpr std::array kNames{"R.0", "G.0", "B.0", "A.0"};
+    for (std::size_t channel = 0; channel < 4; ++channel) {
+        const auto expected = map.at(kNames[channel]).as<float>();
+        for (std::size_t ray = 0; ray + 1 < splits.size(); ++ray) {
+            float sum = 0, passing = 1;
+            for (auto i = static_cast<std::size_t>(splits[ray]);
+                 i < static_cast<std::size_t>(splits[ray + 1]) && passing > 0; ++i) {
+                const float alpha = colors[4 * i + 3];
+                sum += passing * alpha * (channel == 3 ? 1 : colors[4 * i + channel]);
+                passing *= 1 - alpha;
+            }
+            ASSERT_NEAR(sum, expected[ray], 1e-5) << ray << kNames[channel];
+        }
+    }
+    EXPECT_FALSE(readNpz(traced("all.npz", {"--columns", "all"})).contains("base_color"));
+    EXPECT_EQ(readNpz(traced("dense.npz", {"--columns", "base_color", "--dense", "2"}))
+                  .at("base_color")
+                  .shape,
+              "(60, 80, 2, 4)");
+    const std::string ply = bytesOf(traced("points.ply", {"--columns", "base_color"}));
+    EXPECT_TRUE(contains(ply, "property float base_r\n")) << ply.substr(0, 400);
+}
+
 }  // namespace
 }  // namespace peeler::test

@@ -2,6 +2,8 @@
 // Tests peeler rays with lenses, moving cameras and lists of rays.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -74,6 +76,8 @@ TEST_F(LensRaysCli, AFisheyeSeesTheTriangleAtItsSolidAngle) {
     EXPECT_NEAR(solid_angle, 2 * std::atan2(numerator, denominator), 2e-3);
 }
 
+constexpr const char* kWitnessPose = "--pose=0.36,-0.8,0.48,0.1,0.48,0.6,0.64,-0.2,-0.8,0,0.6,2.5";
+
 // Projects the hits by OpenCV, and compares with the pixels of their rays. The arguments: .npz,
 // .ply, model, coefficients, focal lengths and centre, width.
 constexpr const char* kProjectByOpencv = R"(
@@ -102,16 +106,15 @@ print(len(points), np.abs(at - pixel).max())
 
 TEST_F(LensRaysCli, OpencvProjectsHitsToTheirPixels) {
     PEELER_REQUIRE_PYTHON("cv2");
-    const std::string pose = "--pose=0.36,-0.8,0.48,0.1,0.48,0.6,0.64,-0.2,-0.8,0,0.6,2.5";
     const std::string intrinsics = "310,305,163.2,117.9";
     for (const auto& [model, coefficients] :
          {std::pair("opencv", "-0.25,0.06,0.001,-0.002,0.01"),
           std::pair("opencv", "0.2,-0.1,1e-3,2e-3,0.05,0.3,0.02,0.01,1e-3,2e-3,-3e-3,1e-3"),
           std::pair("opencv-fisheye", "0.03,-0.01,0.004,-0.0006")}) {
         const std::vector<std::string> camera = {
-            "--lens", model,          "--distortion=" + std::string(coefficients),
-            pose,     "--intrinsics", intrinsics,
-            "--size", "320x240"};
+            "--lens",     model,          "--distortion=" + std::string(coefficients),
+            kWitnessPose, "--intrinsics", intrinsics,
+            "--size",     "320x240"};
         traced(camera, "h.npz");
         std::vector<std::string> points = camera;
         points.emplace_back("--double");
@@ -126,6 +129,88 @@ TEST_F(LensRaysCli, OpencvProjectsHitsToTheirPixels) {
         numbers >> hits >> farthest;
         EXPECT_EQ(hits, json.at("hits").get<std::size_t>());
         EXPECT_LT(farthest, 1e-4) << model << " " << coefficients;
+    }
+}
+
+// Writes a COLMAP model that observes each hit at the centre of its ray's pixel, undistorts it by
+// COLMAP, and compares with the hits' pinhole projections. The arguments: .npz, .ply, model,
+// parameters, an empty folder.
+constexpr const char* kUndistortByColmap = R"(
+import os, subprocess, sys, numpy as np
+npz, ply, model, parameters, folder = sys.argv[1:]
+width, height = 320, 240
+splits = np.load(npz)['ray_splits']
+ray = np.repeat(np.arange(len(splits) - 1), np.diff(splits))
+data = open(ply, 'rb').read()
+start = data.index(b'end_header\n') + 11
+points = np.ndarray((len(ray), 3), '<f8', data, start, (len(data[start:]) // len(ray), 8))
+R = np.array([[0.36, -0.8, 0.48], [0.48, 0.6, 0.64], [-0.8, 0, 0.6]])
+t = np.array([0.1, -0.2, 2.5])
+w = np.sqrt(1 + np.trace(R)) / 2
+q = [w, *np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]]) / (4 * w)]
+for name in ('in', 'images', 'out', 'text'):
+    os.makedirs(os.path.join(folder, name))
+def put(name, text):
+    open(os.path.join(folder, name), 'w').write(text)
+put('images/a.pgm', f'P2 {width} {height} 255 ' + '0 ' * (width * height))
+put('in/cameras.txt', f'1 {model} {width} {height} {parameters}\n')
+observed = ' '.join(f'{r % width + 0.5} {r // width + 0.5} {i + 1}' for i, r in enumerate(ray))
+put('in/images.txt', '1 ' + ' '.join(f'{v:.17g}' for v in (*q, *t)) + f' 1 a.pgm\n{observed}\n')
+put('in/points3D.txt', ''.join(f'{i + 1} {x:.17g} {y:.17g} {z:.17g} 0 0 0 0 1 {i}\n' for i, (x, y, z) in enumerate(points)))
+def colmap(*arguments):
+    subprocess.run(['colmap', *arguments], cwd=folder, check=True, stdout=subprocess.DEVNULL)
+colmap('image_undistorter', '--image_path', 'images', '--input_path', 'in', '--output_path', 'out')
+colmap('model_converter', '--input_path', 'out/sparse', '--output_path', 'text', '--output_type', 'TXT')
+lines = lambda name: [l for l in open(os.path.join(folder, 'text', name)) if l[0] != '#']
+camera = lines('cameras.txt')[0].split()
+assert camera[1] == 'PINHOLE', camera
+fx, fy, cx, cy = map(float, camera[4:8])
+seen = np.array(lines('images.txt')[1].split(), float).reshape(-1, 3)
+assert len(seen) == len(points) and (seen[:, 2] == np.arange(1, len(points) + 1)).all()
+x, y, z = R @ points.T + t[:, None]
+at = np.stack([fx * x / z + cx, fy * y / z + cy], 1)
+print(len(points), np.abs(at - seen[:, :2]).max())
+)";
+
+TEST_F(LensRaysCli, ColmapUndistortsPixelsToTheirHits) {
+    if (!exhaustive()) GTEST_SKIP() << "set PEELER_TEST_ALL to run COLMAP";
+    if (runCommand({"colmap", "help"}).exit_code != 0)
+        GTEST_SKIP() << "colmap is not installed (examples/install_dependencies.sh)";
+    PEELER_REQUIRE_PYTHON("numpy");
+    struct Model {
+        std::string lens, coefficients;
+        bool one_focal = false;
+    };
+    for (const Model& model :
+         {Model{"simple-radial", "-0.2", true}, Model{"radial", "-0.2,0.05", true},
+          Model{"opencv", "-0.25,0.06,0.001,-0.002"},
+          Model{"opencv-fisheye", "0.03,-0.01,0.004,-0.0006"},
+          Model{"thin-prism-fisheye", "0.03,-0.01,0.001,-0.002,0.004,-0.0006,0.002,-0.001"},
+          Model{"fov", "0.9"}}) {
+        // COLMAP's pixel centres are at halves.
+        const std::string focal = model.one_focal ? "310" : "310,305";
+        std::string name = model.lens, parameters = focal + ",163.7,118.4," + model.coefficients;
+        std::ranges::transform(name, name.begin(), [](unsigned char c) {
+            return static_cast<char>(c == '-' ? '_' : std::toupper(c));
+        });
+        std::ranges::replace(parameters, ',', ' ');
+        std::vector<std::string> camera = {
+            "--lens",     model.lens,     "--distortion=" + model.coefficients,
+            kWitnessPose, "--intrinsics", (model.one_focal ? "310,310" : focal) + ",163.2,117.9",
+            "--size",     "320x240"};
+        traced(camera, "h.npz");
+        camera.emplace_back("--double");
+        const Json json = traced(camera, "h.ply");
+        const Outcome read = runPython(kUndistortByColmap, {scratch_ / "h.npz", scratch_ / "h.ply",
+                                                            name, parameters, scratch_ / name});
+        ASSERT_EQ(read.exit_code, 0) << read.err;
+        std::istringstream numbers(read.out);
+        std::size_t hits = 0;
+        double farthest = 1;
+        numbers >> hits >> farthest;
+        EXPECT_EQ(hits, json.at("hits").get<std::size_t>());
+        EXPECT_GT(hits, 16'000) << name;
+        EXPECT_LT(farthest, 1e-6) << name;
     }
 }
 

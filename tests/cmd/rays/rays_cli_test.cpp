@@ -171,7 +171,7 @@ TEST_P(RaysCli, RefusesColumnsThatThereAreNot) {
     expectRefused(
         {"--axes", "--columns", "colour"}, 2,
         "the columns are: t_hit, z_hit, geometry_ids, primitive_ids, primitive_uvs, facing, "
-        "normals, primitive_normals, node_ids, mesh_ids, instance_ids, material_ids");
+        "normals, primitive_normals, node_ids, mesh_ids, instance_ids, material_ids, base_color");
     expectRefused({"--axes", "--columns", ""}, 2, "--columns");
     expectRefused({"--voxels", "8", "--columns", "t_hit"}, 2, "--columns");
     EXPECT_EQ(
