@@ -31,7 +31,8 @@ int printInfo(const InfoOptions& options, Reporter& reporter) {
     // which gives the best error message.
     if (!sceneFormatOf(options.file) && !isSceneName(options.file))
         throw Error(ErrorKind::kInput, "neither a scene nor an OpenEXR image",
-                    options.file.string(), "give a glTF, PLY, STL, OBJ, 3MF, array or .exr file");
+                    options.file.string(),
+                    "give a glTF, PLY, STL, OBJ, 3MF, SPZ, .splat, array or .exr file");
     printSceneInfo(options, reporter);
     return 0;
 }
@@ -40,10 +41,10 @@ int printInfo(const InfoOptions& options, Reporter& reporter) {
 
 VerbAction declareInfo(VerbOptions& verb) {
     const auto options = std::make_shared<InfoOptions>();
-    addFile(verb, "FILE", "", options->file,
-            "a scene (glTF, PLY, STL, OBJ, 3MF, or arrays in .npz or .safetensors) or a layered or "
-            "deep "
-            "image (.exr, .safetensors)")
+    addFile(
+        verb, "FILE", "", options->file,
+        "a scene (glTF, PLY, STL, OBJ, 3MF, SPZ, .splat, or arrays in .npz or .safetensors) or a "
+        "layered or deep image (.exr, .safetensors)")
         .files(sceneExtensions() + " .exr")
         .required();
     addSceneOptions(verb, options->scene);

@@ -72,6 +72,35 @@ def a_million_components(folder):
     (folder / "scene.3mf").write_bytes(threemf_package.package(model))
 
 
+# ---- Gaussian splats
+
+
+@bomb("info {}/scene.spz", words="200 times its size")
+def an_SPZ_of_zeros(folder):
+    size = 900 << 20
+    head = b"\x1f\x8b\x08" + bytes(7)
+    (folder / "scene.spz").write_bytes(head + packed(size) + struct.pack("<II", 0, size))
+
+
+@bomb("info {}/scene.spz", words="damaged")
+def an_SPZ_that_hides_its_size(folder):
+    (folder / "scene.spz").write_bytes(b"\x1f\x8b\x08" + bytes(7) + packed(900 << 20) + struct.pack("<II", 0, 1000))
+
+
+@bomb("info {}/scene.ply", words="ends before")
+def a_PLY_of_2_to_the_60_splats(folder):
+    names = "x y z f_dc_0 f_dc_1 f_dc_2 opacity scale_0 scale_1 scale_2 rot_0 rot_1 rot_2 rot_3".split()
+    header = "ply\nformat binary_little_endian 1.0\nelement vertex 1152921504606846976\n"
+    header += "".join(f"property float {name}\n" for name in names) + "end_header\n"
+    (folder / "scene.ply").write_bytes(header.encode() + bytes(1000))
+
+
+@bomb("render {}/scene.splat -o {}/out.png --size 16x16 --memory 256M", codes=(33,), words="memory budget")
+def a_splat_of_half_a_gigabyte(folder):
+    with open(folder / "scene.splat", "wb") as file:
+        file.truncate(512 << 20)
+
+
 # ---- glTF
 
 

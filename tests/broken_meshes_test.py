@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tests broken PLY, STL, OBJ and 3MF files, which are generated here: each is rejected with the position of the fault, or
+"""Tests broken PLY, STL, OBJ, 3MF and splat files, which are generated here: each is rejected with the position of the fault, or
 drawn with a warning.
 
 Each file may take at most SECONDS of processor time and MEBIBYTES, unless PEELER_SANITIZE is set. Prints a table.
 PEELER is the program.
 """
 
+import gzip
 import pathlib
 import struct
 import tempfile
@@ -206,6 +207,86 @@ refused("3mf: a vertex that does not exist", "m.3mf", threemf(threemf_package.OB
 refused("3mf: NaN", "m.3mf", threemf(threemf_package.OBJECT.replace('x="1"', 'x="nan"')), "Coordinates", "")
 refused("3mf: an item of no object", "m.3mf", threemf(build='<item objectid="4"/>'), "Build item", "")
 refused("3mf: 1,500 levels", "m.3mf", threemf(NESTED, build='<item objectid="1499"/>'), "", "")
+
+# ---- Gaussian splats
+
+SPLAT = [*"x y z f_dc_0 f_dc_1 f_dc_2 opacity scale_0 scale_1 scale_2 rot_0 rot_1 rot_2 rot_3".split()]
+VALUES = dict(zip(SPLAT, (0, 0, 0, 0, 0, 0, 0, -3, -3, -3, 1, 0, 0, 0)))
+
+
+def splats(count="1", kind=LITTLE, names=(), data=None, **values):
+    """Returns a 3DGS PLY with one splat."""
+    names = [*SPLAT, *names]
+    head = f"ply\nformat {kind} 1.0\nelement vertex {count}\n" + "".join(f"property float {name}\n" for name in names)
+    row = struct.pack(f"<{len(names)}f", *(values.get(name, VALUES.get(name, 0)) for name in names))
+    return head.encode() + b"end_header\n" + (row if data is None else data)
+
+
+LIMITS = [f"{end}_{what}{axis}" for what in ("", "scale_") for end in ("min", "max") for axis in "xyz"]
+PACKED = [f"packed_{name}" for name in ("position", "rotation", "scale", "color")]
+
+
+def chunked(chunks=1, rows=1, count="1", kind="uint", limit=1.0, data=None):
+    """Returns a compressed PLY."""
+    head = f"ply\nformat {LITTLE} 1.0\nelement chunk {chunks}\n" + "".join(f"property float {n}\n" for n in LIMITS)
+    head += f"element vertex {count}\n" + "".join(f"property {kind} {name}\n" for name in PACKED) + "end_header\n"
+    body = struct.pack("<12f", *[limit] * 12) * chunks + struct.pack("<4I", 0, 0, 0, 255) * rows
+    return head.encode() + (body if data is None else data)
+
+
+def spz(count=1, version=3, degree=0, bits=12, flags=0, size=20, magic=b"NGSP"):
+    head = magic + struct.pack("<IIBBBB", version, count, degree, bits, flags, 0)
+    return gzip.compress(head + bytes(size), mtime=0)
+
+
+DOT = struct.pack("<6f8B", 0, 0, 0, 1, 1, 1, 9, 9, 9, 255, 255, 128, 128, 128)
+
+shown("splats: whole", "p.ply", splats())
+shown("splats: an infinite opacity", "p.ply", splats(opacity=INF))
+shown("splats: scales of exp(-inf)", "p.ply", splats(scale_0=-INF))
+shown("splats: NaN", "p.ply", splats(x=NAN), "left out (1")
+shown("splats: NaN of a colour", "p.ply", splats(f_dc_1=NAN), "left out (1")
+shown("splats: an opacity of NaN", "p.ply", splats(opacity=NAN), "left out (1")
+shown("splats: scales of exp(1e30)", "p.ply", splats(scale_1=1e30), "left out (1")
+shown("splats: a rotation of zeros", "p.ply", splats(rot_0=0), "not turned (1")
+shown("splats: an infinite rotation", "p.ply", splats(rot_0=INF), "left out (1")
+shown("splats: bytes behind the end", "p.ply", splats() + b"more", "Bytes after")
+shown("splats: none", "p.ply", splats("0", data=b""), "nothing to draw")
+refused("splats: cut in a splat", "p.ply", splats()[:-1], "ends before", ", byte ")
+refused("splats: 2^31 splats", "p.ply", splats("2147483648"), "ends before", ", byte ")
+refused("splats: 2^64 splats", "p.ply", splats("18446744073709551616"), "number of elements", ":3")
+refused("splats: text, cut", "p.ply", splats(kind="ascii", data=b"0 0 0 0"), "ends before", ":")
+refused("splats: one of nine coefficients", "p.ply", splats(names=["f_rest_0"]), "no whole degree", "")
+refused("splats: flat ones", "p.ply", splats().replace(b"scale_2", b"other_2"), "no scale_2", "")
+shown("chunks: whole", "p.ply", chunked())
+shown("chunks: NaN", "p.ply", chunked(limit=NAN), "left out (1")
+refused("chunks: none", "p.ply", chunked(chunks=0), "need 1 chunks", "")
+refused("chunks: 2^31 splats", "p.ply", chunked(count="2147483648"), "ends before", ", byte ")
+refused("chunks: 257 splats of one chunk", "p.ply", chunked(rows=257, count="257"), "need 2 chunks", "")
+refused("chunks: floats", "p.ply", chunked(kind="float"), "must be uint", "")
+refused("chunks: cut", "p.ply", chunked()[:-1], "ends before", ", byte ")
+shown("spz: whole", "s.spz", spz())
+shown("spz: called .splat", "s.splat", spz())
+shown("spz: version 2", "s.spz", spz(version=2, size=19))
+shown("spz: bytes behind the end", "s.spz", spz(size=21), "Bytes after")
+shown("spz: unknown flags", "s.spz", spz(flags=4), "Unknown flags")
+refused("spz: 2^32 - 1 splats", "s.spz", spz(count=(1 << 32) - 1), "ends before", "")
+refused("spz: one byte short", "s.spz", spz(size=19), "ends before", "")
+refused("spz: version 4", "s.spz", spz(version=4), "SPZ version 4", "")
+refused("spz: degree 4", "s.spz", spz(degree=4), "degree 4", "")
+refused("spz: 255 fractional bits", "s.spz", spz(bits=255), "fractional bits", "")
+refused("spz: extensions", "s.spz", spz(flags=2), "extensions", "")
+refused("spz: other gzip", "s.spz", spz(magic=b"text"), "not an SPZ", "")
+refused("spz: damaged", "s.spz", spz()[:-9] + bytes(9), "damaged", "")
+for end in (2, 10, 20):
+    refused(f"spz: cut at {end}", "s.spz", spz()[:end], "damaged", "")
+shown("splat: whole", "s.splat", DOT)
+shown("splat: NaN", "s.splat", struct.pack("<f", NAN) + DOT[4:], "left out (1")
+shown("splat: a scale of -1", "s.splat", DOT[:12] + struct.pack("<f", -1) + DOT[16:], "left out (1")
+shown("splat: a rotation of zeros", "s.splat", DOT[:28] + b"\x80" * 4, "not turned (1")
+shown("splat: nothing", "s.splat", b"", "nothing to draw")
+refused("splat: cut", "s.splat", DOT + DOT[:-1], "within splat 1", ", byte 63")
+refused("sog", "s.sog", b"PK\3\4", "SOG splats are not supported", "")
 
 # ---- unknown formats
 

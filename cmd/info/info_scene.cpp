@@ -5,6 +5,8 @@
 #include <array>
 #include <cstdint>
 #include <cstdio>
+#include <glm/gtc/quaternion.hpp>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <string_view>
 #include <utility>
@@ -29,12 +31,13 @@ namespace {
 
 /// The number of drawn elements of each type.
 struct Elements {
-    std::uint64_t triangles = 0, lines = 0, points = 0;
+    std::uint64_t triangles = 0, lines = 0, points = 0, splats = 0;
 
     Elements& operator+=(const Elements& other) {
         triangles += other.triangles;
         lines += other.lines;
         points += other.points;
+        splats += other.splats;
         return *this;
     }
 };
@@ -60,9 +63,45 @@ Elements elementsOf(const Mesh& mesh) {
         const auto vertices =
             primitive.indices.empty() ? primitive.positions.size() : primitive.indices.size();
         const TopologyRow& row = kTopologies[static_cast<std::size_t>(primitive.topology)];
-        sum.*row.kind += row.count(vertices);
+        sum.*(primitive.splats ? &Elements::splats : row.kind) += row.count(vertices);
     }
     return sum;
+}
+
+/// The splats of the selected scene.
+struct SplatFacts {
+    int degree = 0;  ///< the highest
+    /// The box of all splats to three standard deviations, in world space.
+    Bounds box{glm::dvec3(std::numeric_limits<double>::infinity()),
+               glm::dvec3(-std::numeric_limits<double>::infinity())};
+};
+
+void addFacts(SplatFacts& facts, const Primitive& primitive, const glm::dmat4& to_world) {
+    const Splats& splats = *primitive.splats;
+    facts.degree = std::max(facts.degree, splats.degree);
+    for (std::size_t i = 0; i < splats.size(); ++i) {
+        const glm::dvec4 q(splats.rotations[i]);
+        const glm::dmat3 axes =
+            glm::dmat3(to_world) * glm::mat3_cast(glm::dquat(q.w, q.x, q.y, q.z));
+        glm::dvec3 reach(0);  // variances along the world's axes
+        for (int axis = 0; axis < 3; ++axis) {
+            const glm::dvec3 side = axes[axis] * double{splats.scales[i][axis]};
+            reach += side * side;
+        }
+        const glm::dvec3 mean(to_world * glm::dvec4(primitive.positions[i], 1));
+        facts.box.min = glm::min(facts.box.min, mean - 3.0 * glm::sqrt(reach));
+        facts.box.max = glm::max(facts.box.max, mean + 3.0 * glm::sqrt(reach));
+    }
+}
+
+std::optional<SplatFacts> splatsOf(const Scene& scene, const PosedScene& shown) {
+    std::optional<SplatFacts> facts;
+    for (const MeshInstance& instance : shown.meshes())
+        for (const Primitive& primitive :
+             scene.meshes[static_cast<std::size_t>(instance.mesh)].primitives)
+            if (primitive.splats && primitive.splats->size() > 0)
+                addFacts(facts ? *facts : facts.emplace(), primitive, instance.world);
+    return facts;
 }
 
 constexpr std::array<const char*, 3> kAlphaModes = {"OPAQUE", "MASK", "BLEND"};
@@ -103,6 +142,7 @@ struct SceneFacts {
     std::string format;
     std::optional<Assumed> assumed;
     Elements elements;
+    std::optional<SplatFacts> splats;
     std::optional<Bounds> box;
     std::vector<CameraInstance> cameras;  ///< cameras of the selected scene
     std::vector<std::string> camera_names;
@@ -133,6 +173,7 @@ SceneFacts gather(const InfoOptions& options) {
     for (const MeshInstance& instance : shown.meshes()) {
         facts.elements += elementsOf(facts.scene.meshes[static_cast<std::size_t>(instance.mesh)]);
     }
+    facts.splats = splatsOf(facts.scene, shown);
     facts.box = shown.bounds();
     facts.cameras = shown.cameras();
     facts.camera_names = cameraNames(shown);
@@ -200,6 +241,7 @@ Json nodeJson(const Scene& scene, const Node& node) {
         json["triangles"] = elements.triangles;
         json["lines"] = elements.lines;
         json["points"] = elements.points;
+        json["splats"] = elements.splats;
     }
     return json;
 }
@@ -229,6 +271,10 @@ std::string animationText(const Scene& scene, std::size_t index) {
            countText(animation.channels.size(), "channel");
 }
 
+Json boundsJson(const Bounds& box) {
+    return {{"min", vectorJson(box.min)}, {"max", vectorJson(box.max)}};
+}
+
 Json toJson(const SceneFacts& facts, const InfoOptions& options) {
     const Scene& scene = facts.scene;
     Json json;
@@ -253,6 +299,9 @@ Json toJson(const SceneFacts& facts, const InfoOptions& options) {
     json["triangles"] = facts.elements.triangles;
     json["lines"] = facts.elements.lines;
     json["points"] = facts.elements.points;
+    json["splats"] = facts.elements.splats;
+    json["splatDegree"] = facts.splats ? Json(facts.splats->degree) : Json();
+    json["splatBounds"] = facts.splats ? boundsJson(facts.splats->box) : Json();
     for (std::size_t i = 0; i < kAlphaModes.size(); ++i) {
         json["materials"][kAlphaModes[i]] = facts.materials[i];
     }
@@ -283,9 +332,7 @@ Json toJson(const SceneFacts& facts, const InfoOptions& options) {
     const IdNames names = idNames(scene);
     json["objectNames"] = names.objects;
     json["materialNames"] = names.materials;
-    json["bounds"] =
-        facts.box ? Json{{"min", vectorJson(facts.box->min)}, {"max", vectorJson(facts.box->max)}}
-                  : Json();
+    json["bounds"] = facts.box ? boundsJson(*facts.box) : Json();
     json["extensions"] = Json::array();
     for (const ExtensionUse& use : facts.extensions) {
         json["extensions"].push_back({{"name", use.name},
@@ -301,12 +348,18 @@ Json toJson(const SceneFacts& facts, const InfoOptions& options) {
 
 std::string elementsText(const Elements& elements) {
     std::string text;
-    const std::pair<std::uint64_t, const char*> kinds[] = {
-        {elements.triangles, "triangle"}, {elements.lines, "line"}, {elements.points, "point"}};
+    const std::pair<std::uint64_t, const char*> kinds[] = {{elements.triangles, "triangle"},
+                                                           {elements.lines, "line"},
+                                                           {elements.points, "point"},
+                                                           {elements.splats, "splat"}};
     for (const auto& [count, noun] : kinds) {
         if (count != 0) text += (text.empty() ? "" : ", ") + countText(count, noun);
     }
     return text.empty() ? "nothing" : text;
+}
+
+std::string boundsText(const Bounds& box) {
+    return vectorText(box.min) + " to " + vectorText(box.max);
 }
 
 /// Returns the default scene's node tree, indented. The function is not recursive, because nodes
@@ -357,6 +410,9 @@ std::string toText(const SceneFacts& facts, const InfoOptions& options) {
             axisName(facts.assumed->up) + unit;
     }
     text += "\ndraws: " + elementsText(facts.elements) + '\n';
+    if (facts.splats)
+        text += "splats: spherical harmonics of degree " + std::to_string(facts.splats->degree) +
+                ", to 3 sigma " + boundsText(facts.splats->box) + '\n';
     text += "materials:";
     for (std::size_t i = 0; i < kAlphaModes.size(); ++i) {
         text += (i == 0 ? " " : ", ") + groupedText(facts.materials[i]) + ' ' + kAlphaModes[i];
@@ -366,10 +422,7 @@ std::string toText(const SceneFacts& facts, const InfoOptions& options) {
         text += "  " + std::to_string(image.width) + " x " + std::to_string(image.height) + "  " +
                 image.codec + (image.name.empty() ? "" : "  ") + printable(image.name) + '\n';
     }
-    text += "bounds: " +
-            (facts.box ? vectorText(facts.box->min) + " to " + vectorText(facts.box->max)
-                       : std::string("none")) +
-            '\n';
+    text += "bounds: " + (facts.box ? boundsText(*facts.box) : "none") + '\n';
     text += "scenes:\n";
     for (std::size_t i = 0; i < scene.scenes.size(); ++i) {
         text += "  " + std::to_string(i) + "  " + printable(scene.scenes[i].name) +

@@ -14,6 +14,7 @@ const std::vector<GltfExtension>& gltfExtensions() {
         {"EXT_texture_webp", true, "WebP textures"},
         {"KHR_animation_pointer", false, "only nodes and morph weights are animated"},
         {"KHR_draco_mesh_compression", true, "Draco-compressed meshes"},
+        {"KHR_gaussian_splatting", true, "Gaussian splats"},
         {"KHR_lights_punctual", true, "directional, point and spot lights"},
         {"KHR_materials_anisotropy", true, "highlights stretched along a direction"},
         {"KHR_materials_clearcoat", true, "a varnish with its own normals"},

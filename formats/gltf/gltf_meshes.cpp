@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstring>
 #include <map>
+#include <type_traits>
 
 #include <peeler/error.h>
 #include "core/scene/material.h"
@@ -73,10 +74,17 @@ void forEachVertexArray(SomePrimitive& primitive, const Body& body) {
     }
 }
 
+/// Returns the bytes that a splat takes besides its position.
+std::uint64_t splatBytes(const Splats& splats) {
+    return sizeof(glm::vec3) + sizeof(glm::vec4) + sizeof(float) +
+           splats.coefficients() * sizeof(glm::vec3);
+}
+
 std::uint64_t primitiveBytes(const Primitive& primitive) {
     std::uint64_t sum = primitive.indices.size() * sizeof(std::uint32_t);
     forEachVertexArray(primitive,
                        [&](const auto& values) { sum += values.size() * sizeof(values[0]); });
+    if (primitive.splats) sum += primitive.positions.size() * splatBytes(*primitive.splats);
     return sum;
 }
 
@@ -109,6 +117,10 @@ class PrimitiveReader {
         out.source.first_vertex = used_.first;
         out.source.vertices = vertex_count_;
         out.positions = attribute<glm::vec3>("POSITION", kPosition);
+        if (isGltfSplats(source_)) {
+            readSplats(out);
+            return true;
+        }
         out.normals = attribute<glm::vec3>("NORMAL", kNormal);
         out.tangents = attribute<glm::vec4>("TANGENT", kTangent);
         for (std::size_t set = 0; set < out.texcoords.size(); ++set)
@@ -151,9 +163,11 @@ class PrimitiveReader {
         std::vector<float> values = accessors_.floats(found->second, format, used_, use);
         for (float& value : values) {
             if (std::isfinite(value)) continue;
-            if (name == "POSITION")
-                throw Error(ErrorKind::kInput, "a vertex position is not a finite number", use,
-                            "export the file again");
+            if (name == "POSITION" || isSplatAttributeName(name))
+                throw Error(ErrorKind::kInput,
+                            name == "POSITION" ? "a vertex position is not a finite number"
+                                               : "a number of a splat is not finite",
+                            use, "export the file again");
             value = 0;
             document_.warn("The attribute " + use +
                            " holds numbers that are not finite; they are taken as 0.");
@@ -226,6 +240,7 @@ class PrimitiveReader {
                     std::size_t joint_sets) {
         for (const auto& [name, accessor] : attributes) {
             const bool joints = name.starts_with("JOINTS_") || name.starts_with("WEIGHTS_");
+            if (isGltfSplats(source_) && isSplatAttributeName(name)) continue;
             if (isAttributeName(name) &&
                 (!joints || std::stoull(name.substr(name.find('_') + 1)) < joint_sets))
                 continue;
@@ -236,6 +251,42 @@ class PrimitiveReader {
                     "it is left out.",
                 place);
         }
+    }
+
+    /// Reads the splats at the positions, one per index if there are indices.
+    void readSplats(Primitive& out) {
+        Splats splats = readGltfSplats(
+            document_, source_, where_, [&](const std::string& name, const AccessorFormat& format) {
+                int components = 0;
+                return numbers(source_.attributes, where_ + "/attributes", name, format,
+                               components);
+            });
+        if (!out.indices.empty()) {
+            const std::uint64_t bytes =
+                out.indices.size() * (splatBytes(splats) + sizeof(glm::vec3));
+            budget_.check(bytes, where_ + "/indices");
+            document_.memory.allow(bytes, where_ + "/indices");
+            const auto gather = [&](auto& values, std::size_t width) {
+                std::remove_reference_t<decltype(values)> gathered;
+                gathered.reserve(out.indices.size() * width);
+                for (const std::uint32_t index : out.indices)
+                    for (std::size_t i = 0; i < width; ++i)
+                        gathered.push_back(values[index * width + i]);
+                values = std::move(gathered);
+            };
+            gather(out.positions, 1);
+            gather(splats.scales, 1);
+            gather(splats.rotations, 1);
+            gather(splats.opacities, 1);
+            gather(splats.harmonics, splats.coefficients());
+            out.indices.clear();
+        }
+        out.splats = std::make_shared<const Splats>(std::move(splats));
+        checkNames(source_.attributes, where_ + "/attributes", 0);
+        if (!source_.targets.empty())
+            document_.warn("The morph targets of the splats " + where_ + " are left out.",
+                           where_ + "/targets");
+        out.targets.resize(source_.targets.size());
     }
 
     void readJoints(Primitive& out) {
@@ -409,6 +460,10 @@ std::vector<Mesh> readGltfMeshes(GltfDocument& document, const GltfOptions& opti
             primitive.variants = variantMaterials(from, document.variants.size());
             primitive.source.primitive = j;
             if (!PrimitiveReader(document, from, where, budget).read(primitive)) continue;
+            if (primitive.splats) {  // the extension ignores their material
+                primitive.material = default_material;
+                primitive.variants.clear();
+            }
             budget.take(primitiveBytes(primitive), where);
             checkTexcoords(primitive, uv_sets, where, document);
             mesh.primitives.push_back(std::move(primitive));

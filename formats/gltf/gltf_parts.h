@@ -17,6 +17,7 @@
 #include <peeler/error.h>
 #include <peeler/gltf_options.h>
 #include <peeler/scene.h>
+#include "formats/gltf/gltf_accessor.h"
 #include "formats/gltf/gltf_document.h"
 
 namespace peeler {
@@ -130,6 +131,23 @@ void readMaterialExtensions(const tinygltf::Material& source, const std::string&
 /// tangents, each with a warning.
 std::vector<Mesh> readGltfMeshes(GltfDocument& document, const GltfOptions& options,
                                  const std::vector<Material>& materials);
+
+// Defined in gltf_splats.cpp: primitives of KHR_gaussian_splatting.
+
+/// Whether a primitive's points are Gaussian splats.
+bool isGltfSplats(const tinygltf::Primitive& primitive);
+/// Whether the extension defines an attribute with this name.
+bool isSplatAttributeName(std::string_view name);
+
+/// A function that returns the values of an attribute, which the primitive must have.
+using ReadAttribute =
+    std::function<std::vector<float>(const std::string& name, const AccessorFormat& format)>;
+
+/// Returns the splats of a primitive; `where` is its JSON pointer. Normalises rotations, with a
+/// warning if their lengths are not 1. Throws Error (kInput) for kernels, colour spaces and other
+/// words of extensions, missing attributes, and values out of range.
+Splats readGltfSplats(GltfDocument& document, const tinygltf::Primitive& primitive,
+                      const std::string& where, const ReadAttribute& read);
 
 // Defined in gltf_vertex_data.cpp: corrections of vertex data to the ranges that shading expects
 // (§3.7.2.1).

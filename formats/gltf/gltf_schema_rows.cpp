@@ -193,6 +193,11 @@ constexpr SchemaRow kRows[] = {
     {"KHR_node_visibility", "visible", Kind::kBool},
     {"primitive/KHR_draco_mesh_compression", "bufferView", Kind::kIndex, "bufferViews", true},
     {"primitive/KHR_draco_mesh_compression", "attributes", Kind::kIntegerMap, "", true, 0, kIntMax},
+    {"primitive/KHR_gaussian_splatting", "kernel", Kind::kString, "", true},
+    {"primitive/KHR_gaussian_splatting", "colorSpace", Kind::kString, "", true},
+    {"primitive/KHR_gaussian_splatting", "projection", Kind::kString},
+    {"primitive/KHR_gaussian_splatting", "sortingMethod", Kind::kString},
+    {"primitive/KHR_gaussian_splatting", "extensions", Kind::kExtensions},
 
     // EXT_meshopt_compression; KHR_meshopt_compression has the same JSON.
     {"bufferView/EXT_meshopt_compression", "buffer", Kind::kIndex, "buffers", true},

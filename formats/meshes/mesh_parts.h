@@ -39,6 +39,17 @@ bool isThreeMf(std::string_view begin, std::uint64_t size);
 Scene readArrayScene(const std::filesystem::path& path, const SceneReadOptions& options);
 bool isArrayScene(std::string_view begin, std::uint64_t size);
 
+// The same for Gaussian splats, defined in the room formats/splats.
+
+Scene readSplatPly(const std::filesystem::path& path, const SceneReadOptions& options);
+bool isSplatPly(std::string_view begin, std::uint64_t size);
+Scene readCompressedSplatPly(const std::filesystem::path& path, const SceneReadOptions& options);
+bool isCompressedSplatPly(std::string_view begin, std::uint64_t size);
+Scene readSpz(const std::filesystem::path& path, const SceneReadOptions& options);
+bool isSpz(std::string_view begin, std::uint64_t size);
+Scene readDotSplat(const std::filesystem::path& path, const SceneReadOptions& options);
+bool mayBeDotSplat(std::string_view begin, std::uint64_t size);
+
 /// Returns the text without a UTF-8 byte order mark.
 std::string_view withoutByteOrderMark(std::string_view text);
 

@@ -7,9 +7,8 @@
 #include <optional>
 
 #include <peeler/error.h>
-#include "formats/arrays/ply_file.h"
 #include "formats/file/text_words.h"
-#include "formats/meshes/mesh_parts.h"
+#include "formats/meshes/ply_elements.h"
 
 namespace peeler {
 namespace {
@@ -92,41 +91,16 @@ bool isFaces(const PlyElement& element) {
     return element.name == "face" || element.name == "tristrips";
 }
 
-const PlyField* propertyNamed(const PlyElement& element, std::string_view name) {
-    const auto found = std::ranges::find(element.properties, name, &PlyField::name);
-    return found == element.properties.end() ? nullptr : &*found;
-}
-
 constexpr std::string_view kTextureComment = "TextureFile", kTextureNumber = "texnumber";
 
 class PlyReader {
   public:
     PlyReader(const std::filesystem::path& path, const SceneReadOptions& options)
-        : file_(path, options),
-          textures_(file_),
-          ply_(bytesOf(file_), file_.name()),
-          uv_numbers_(cornerIndex()) {}
+        : file_(path, options), textures_(file_), elements_(file_), uv_numbers_(cornerIndex()) {}
 
     Scene read() {
-        numbers_ = ply_.numbers();
-        const auto& elements = ply_.elements();
-        if (std::ranges::find(elements, "vertex", &PlyElement::name) == elements.end())
-            failNoVertices();
         listTextures();
-        for (const PlyElement& element : ply_.elements()) {
-            row_ = 0;
-            try {
-                readElement(element);
-            } catch (const Error& problem) {
-                if (problem.kind() != ErrorKind::kInput || !problem.where().empty()) throw;
-                const std::size_t place = file_.bytes().size() - numbers_->left();
-                throw Error(ErrorKind::kInput,
-                            element.name + " " + std::to_string(row_) + ": " + problem.whatText(),
-                            ply_.isText() ? file_.atLine(place) : file_.atByte(place),
-                            problem.hint().empty() ? "export the file again" : problem.hintText());
-            }
-        }
-        checkEnd();
+        elements_.read([&](const PlyElement& element) { return readElement(element); });
         warnOf(odd_faces_, "Faces with fewer than three corners are invisible");
         warnOf(bare_faces_, "Some faces have no texture coordinates");
         warnOf(odd_numbers_, "Numbers of faces that are infinite or NaN are taken as 0");
@@ -135,35 +109,20 @@ class PlyReader {
     }
 
   private:
-    static std::span<const std::uint8_t> bytesOf(const MeshFile& file) {
-        const std::string_view text = withoutByteOrderMark(file.text());
-        return file.bytes().last(text.size());
-    }
-
     void warnOf(std::uint64_t count, const std::string& what) {
         if (count > 0) file_.warn(what + " (" + std::to_string(count) + ").");
     }
 
-    [[noreturn]] void failNoVertices() const {
-        std::string names;
-        for (const PlyElement& element : ply_.elements())
-            names += (names.empty() ? "" : ", ") + element.name;
-        throw Error(
-            ErrorKind::kInput,
-            "the file has no element vertex; its elements are: " + (names.empty() ? "none" : names),
-            file_.name(), "rename the element of the vertices to vertex");
-    }
-
     /// Lists the textures in MeshLab's comments, and determines whether faces choose among them.
     void listTextures() {
-        for (std::string_view comment : ply_.comments()) {
+        for (std::string_view comment : elements_.header().comments()) {
             if (!comment.starts_with(kTextureComment)) continue;
             MeshMap& map = texture_maps_.emplace_back();
             map.file = trimmed(comment.substr(kTextureComment.size()));
             map.where = file_.name();
         }
         bool choose = false;
-        for (const PlyElement& element : ply_.elements()) {
+        for (const PlyElement& element : elements_.header().elements()) {
             if (!isFaces(element)) continue;
             const bool has_number = propertyNamed(element, kTextureNumber);
             choose = choose || has_number;
@@ -177,25 +136,13 @@ class PlyReader {
                 "(texnumber): all use the first one.");
     }
 
-    void readElement(const PlyElement& element) {
-        if (element.properties.empty()) return;
-        // Check the number of rows before allocating anything.
-        if (element.rows > numbers_->most(element)) failPlyEndsEarly();
-        if (element.name == "vertex" && !vertices_read_) return readVertices(element);
-        if (isFaces(element)) return readFaces(element);
-        if (element.rows > 0)
-            file_.warn("The element " + element.name + " of the file is not read.");
-        for (; row_ < element.rows; ++row_)
-            for (const PlyField& property : element.properties)
-                numbers_->skip(property);
-    }
-
-    void checkEnd() {
-        const std::string_view left =
-            trimmed(file_.text().substr(file_.text().size() - numbers_->left()));
-        if (!left.empty())
-            file_.warn("Bytes after the last element are ignored (" + std::to_string(left.size()) +
-                       ").");
+    bool readElement(const PlyElement& element) {
+        if (element.name == "vertex" && !vertices_read_) {
+            readVertices(element);
+            return true;
+        }
+        if (isFaces(element)) readFaces(element);
+        return isFaces(element);
     }
 
     // Reading of vertices.
@@ -228,13 +175,13 @@ class PlyReader {
         for (const PlyField& property : element.properties)
             columns.push_back(columnOf(property, meant));
         std::array<std::uint64_t, std::size(kMeanings)> odd{};
-        for (; row_ < element.rows; ++row_) {
+        for (; elements_.row < element.rows; ++elements_.row) {
             for (Column& column : columns) {
                 if (!column.to) {
-                    numbers_->skip(*column.property);
+                    elements_.numbers().skip(*column.property);
                     continue;
                 }
-                const double value = numbers_->next(*column.property->type);
+                const double value = elements_.numbers().next(*column.property->type);
                 if (column.meaning == Meaning::kPosition) {
                     *column.to = finite(value);
                 } else {
@@ -262,8 +209,8 @@ class PlyReader {
                 splats += (splats.empty() ? "" : ", ") + std::string(name);
         if (propertyNamed(element, "f_dc_0") ||
             (propertyNamed(element, "scale_0") && propertyNamed(element, "rot_0")))
-            file_.warn("The points are Gaussian splats (" + splats +
-                       "), which are not supported: they are shown as plain points.");
+            file_.warn("The points have some properties of Gaussian splats (" + splats +
+                       "), but not all of them: they are shown as plain points.");
     }
 
     void finishVertices(const Meant& meant,
@@ -351,7 +298,7 @@ class PlyReader {
         const bool has_uvs =
             std::ranges::find(columns, FaceColumn::kTexcoords, &FaceColumn::role) != columns.end();
         color_ = kNoColor;
-        for (; row_ < element.rows; ++row_) {
+        for (; elements_.row < element.rows; ++elements_.row) {
             face_.clear();
             uvs_.clear();
             texture_ = 0;
@@ -403,13 +350,14 @@ class PlyReader {
             case FaceColumn::kTexcoords:
                 return readUvs(*column.property);
             case FaceColumn::kTexture:
-                texture_ = textureOf(numbers_->next(*column.property->type));
+                texture_ = textureOf(elements_.numbers().next(*column.property->type));
                 return;
             case FaceColumn::kColor:
-                color[column.component] = finiteOrZero(numbers_->next(*column.property->type));
+                color[column.component] =
+                    finiteOrZero(elements_.numbers().next(*column.property->type));
                 return;
             case FaceColumn::kSkipped:
-                numbers_->skip(*column.property);
+                elements_.numbers().skip(*column.property);
         }
     }
 
@@ -431,11 +379,11 @@ class PlyReader {
     }
 
     void readCorners(const PlyField& list, bool strips) {
-        const std::uint64_t count = numbers_->length(list);
+        const std::uint64_t count = elements_.numbers().length(list);
         const double vertices = static_cast<double>(mesh_.positions.size());
         face_.reserve(count);
         for (std::uint64_t i = 0; i < count; ++i) {
-            const double index = numbers_->next(*list.type);
+            const double index = elements_.numbers().next(*list.type);
             if (strips && index == -1) {
                 face_.push_back(kEndOfStrip);
                 continue;
@@ -454,12 +402,12 @@ class PlyReader {
     }
 
     void readUvs(const PlyField& list) {
-        const std::uint64_t count = numbers_->length(list);
+        const std::uint64_t count = elements_.numbers().length(list);
         for (std::uint64_t i = 0; i + 1 < count; i += 2) {
-            const float u = finiteOrZero(numbers_->next(*list.type));
-            uvs_.emplace_back(u, 1 - finiteOrZero(numbers_->next(*list.type)));
+            const float u = finiteOrZero(elements_.numbers().next(*list.type));
+            uvs_.emplace_back(u, 1 - finiteOrZero(elements_.numbers().next(*list.type)));
         }
-        if (count % 2 == 1) numbers_->skip(*list.type, 1);
+        if (count % 2 == 1) elements_.numbers().skip(*list.type, 1);
     }
 
     void addFace() {
@@ -616,9 +564,7 @@ class PlyReader {
 
     MeshFile file_;
     MeshTextures textures_;
-    PlyFile ply_;
-    std::unique_ptr<PlyNumbers> numbers_;
-    std::uint64_t row_ = 0;
+    PlyElements elements_;
     Primitive mesh_;  ///< the file's vertices; without split_, the only run takes them
     bool vertices_read_ = false, translucent_ = false;
     std::uint64_t triangles_made_ = 0;

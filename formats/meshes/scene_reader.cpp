@@ -11,6 +11,7 @@
 #include "formats/file/text_words.h"
 #include "formats/gltf/gltf_reader.h"
 #include "formats/meshes/mesh_parts.h"
+#include "formats/meshes/ply_elements.h"
 
 namespace peeler {
 namespace {
@@ -21,7 +22,8 @@ constexpr std::size_t kBegin = 4096;
 constexpr std::string_view kGltfExtensions[] = {".gltf", ".glb"}, kPlyExtensions[] = {".ply"},
                            kStlExtensions[] = {".stl"}, kObjExtensions[] = {".obj"},
                            kThreeMfExtensions[] = {".3mf"},
-                           kArrayExtensions[] = {".npz", ".safetensors"};
+                           kArrayExtensions[] = {".npz", ".safetensors"},
+                           kSpzExtensions[] = {".spz"}, kDotSplatExtensions[] = {".splat"};
 
 constexpr SceneFormat kSceneFormats[] = {
     {"glTF", kGltfExtensions,
@@ -36,16 +38,18 @@ constexpr SceneFormat kSceneFormats[] = {
      },
      false, "a glTF has +Y up, units of metres and its own normals", true},
     {"arrays", kArrayExtensions, isArrayScene, readArrayScene, true},
-    {"PLY", kPlyExtensions,
-     [](std::string_view begin, std::uint64_t) {
-         begin = withoutByteOrderMark(begin);
-         return begin.starts_with("ply\n") || begin.starts_with("ply\r");
-     },
+    // The other forms of PLY come first. Files that no row recognises go by extension to PLY.
+    {"3DGS PLY", {}, isSplatPly, readSplatPly},
+    {"compressed PLY", {}, isCompressedSplatPly, readCompressedSplatPly},
+    {"PLY", kPlyExtensions, [](std::string_view begin, std::uint64_t) { return isPly(begin); },
      readPlyScene},
     {"STL", kStlExtensions, isStl, readStlScene},
     {"OBJ", kObjExtensions, isObj, readObjScene},
     {"3MF", kThreeMfExtensions, isThreeMf, readThreeMfScene, false,
      "a 3MF has +Z up, and names its unit", false, true},
+    {"SPZ", kSpzExtensions, isSpz, readSpz},
+    {".splat", kDotSplatExtensions, mayBeDotSplat, readDotSplat, false, nullptr, false, false,
+     true},
 };
 
 /// A kind of file that is not a scene, recognised by its first bytes.
@@ -65,11 +69,13 @@ constexpr NoScene kNoScenes[] = {
     {"<html", "it is a web page", "download the file itself"},
 };
 
+bool hasExtension(const SceneFormat& format, const std::filesystem::path& path) {
+    return std::ranges::find(format.extensions, lowerExtension(path)) != format.extensions.end();
+}
+
 const SceneFormat* formatNamed(const std::filesystem::path& path) {
-    const std::string extension = lowerExtension(path);
     const auto* const format = std::ranges::find_if(kSceneFormats, [&](const SceneFormat& row) {
-        return !row.by_content &&
-               std::ranges::find(row.extensions, extension) != row.extensions.end();
+        return !row.by_content && hasExtension(row, path);
     });
     return format == std::end(kSceneFormats) ? nullptr : format;
 }
@@ -79,9 +85,20 @@ std::string_view readBegin(const RegularFile& file, std::array<char, kBegin>& by
     return {bytes.data(), file.readSome(0, bytes)};
 }
 
+/// A format of splats that is not read, recognised by the name of the file.
+struct OtherSplats {
+    std::string_view end;
+    const char* name;
+};
+constexpr OtherSplats kOtherSplats[] = {{".sog", "SOG"}, {".ksplat", "ksplat"}};
+
 /// Returns the format of the content, or, if no format recognises it, the format of the name.
 /// Throws Error (kInput) if the content is certainly something else.
 const SceneFormat* formatOf(const std::filesystem::path& path) {
+    for (const OtherSplats& row : kOtherSplats)
+        if (lowerExtension(path) == row.end)
+            throw Error(ErrorKind::kInput, std::string(row.name) + " splats are not supported",
+                        path.string(), "convert them to PLY, SPZ 3 or glTF");
     if (const SceneFormat* const format = sceneFormatOf(path)) return format;
     std::array<char, kBegin> bytes{};
     const std::string_view begin = readBegin(RegularFile(path), bytes);
@@ -156,9 +173,12 @@ const SceneFormat* sceneFormatOf(const std::filesystem::path& path) {
     const RegularFile file(path);
     std::array<char, kBegin> bytes{};
     const std::string_view begin = readBegin(file, bytes);
-    const auto* const format = std::ranges::find_if(
-        kSceneFormats, [&](const SceneFormat& row) { return row.recognises(begin, file.size()); });
-    return format == std::end(kSceneFormats) ? nullptr : format;
+    for (const bool by_name : {true, false})
+        for (const SceneFormat& row : kSceneFormats)
+            if (row.by_name == by_name && (!by_name || hasExtension(row, path)) &&
+                row.recognises(begin, file.size()))
+                return &row;
+    return nullptr;
 }
 
 std::optional<Assumed> assumedOf(const std::filesystem::path& path,
@@ -173,8 +193,10 @@ Scene readSceneFile(const std::filesystem::path& path, const SceneReadOptions& o
     checkOptions(options);
     const SceneFormat* const format = formatOf(path);
     if (!format)
-        throw Error(ErrorKind::kInput, "unknown scene format", path.string(),
-                    "give glTF, PLY, STL, OBJ, 3MF or arrays; the format is recognised by content");
+        throw Error(
+            ErrorKind::kInput, "unknown scene format", path.string(),
+            "give glTF, PLY, STL, OBJ, 3MF, SPZ, .splat or arrays; except .splat, the format is "
+            "recognised by content");
     Scene scene;
     try {
         scene = format->read(path, options);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reader of scene files of all formats: glTF, PLY, STL, OBJ, 3MF, arrays.
+// Reader of scene files of all formats: glTF, PLY, STL, OBJ, 3MF, arrays, Gaussian splats.
 #pragma once
 
 #include <cstdint>
@@ -29,13 +29,15 @@ struct SceneFormat {
     const char* defines = nullptr;
     bool has_normals = false;  ///< whether smooth_normals does not apply
     bool names_unit = false;   ///< whether each file names its unit
+    /// Whether only files with the extensions have the format, since `recognises` is not certain.
+    bool by_name = false;
 };
 
 /// Returns all formats, in the order in which they are tested.
 std::span<const SceneFormat> sceneFormats();
 
-/// Returns the extensions of all formats, separated by blanks: ".gltf .glb .npz .safetensors .ply
-/// .stl .obj .3mf". With `by_name`, only those that isSceneName() accepts.
+/// Returns the extensions of all formats, separated by blanks: ".gltf .glb .npz .safetensors
+/// .ply .stl .obj .3mf .spz .splat". With `by_name`, only those that isSceneName() accepts.
 std::string sceneExtensions(bool by_name = false);
 /// Whether the file names its unit, as a 3MF does. Throws Error (kInput) if it cannot be read.
 bool namesUnit(const std::filesystem::path& path);

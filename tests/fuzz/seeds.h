@@ -17,6 +17,7 @@ using Seeds = std::map<std::string, std::vector<SeedBytes>>;
 
 void addMeshSeeds(Seeds& seeds);
 void addSceneSeeds(Seeds& seeds);
+void addSplatSeeds(Seeds& seeds);
 void addPictureSeeds(Seeds& seeds);
 void addKtx2Seeds(Seeds& seeds);
 void addTableSeeds(Seeds& seeds);
@@ -26,6 +27,7 @@ inline Seeds allSeeds() {
     Seeds seeds;
     addMeshSeeds(seeds);
     addSceneSeeds(seeds);
+    addSplatSeeds(seeds);
     addPictureSeeds(seeds);
     addKtx2Seeds(seeds);
     addTableSeeds(seeds);

@@ -6,6 +6,7 @@
 #include "formats/file/file_statements.h"
 #include "formats/gltf/gltf_reader.h"
 #include "formats/gltf/material_gltf.h"
+#include "formats/splats/splat_files.h"
 
 namespace peeler::test {
 namespace {
@@ -19,9 +20,14 @@ constexpr const char* kGltfScenes =
     "without scenes (all nodes)";
 constexpr const char* kGltfExtensions =
     "`EXT_mesh_gpu_instancing`, `EXT_meshopt_compression`, `EXT_texture_webp`, "
-    "`KHR_draco_mesh_compression`, `KHR_lights_punctual`, `KHR_mesh_quantization`, "
-    "`KHR_meshopt_compression`, `KHR_node_visibility`, `KHR_texture_basisu`, "
-    "`KHR_texture_transform`, `KHR_xmp`, `KHR_xmp_json_ld`";
+    "`KHR_draco_mesh_compression`, `KHR_gaussian_splatting`, `KHR_lights_punctual`, "
+    "`KHR_mesh_quantization`, `KHR_meshopt_compression`, `KHR_node_visibility`, "
+    "`KHR_texture_basisu`, `KHR_texture_transform`, `KHR_xmp`, `KHR_xmp_json_ld`";
+constexpr const char* kGltfOddSplats =
+    "morph targets of splats, rotations of splats not of unit length";
+constexpr const char* kGltfBrokenSplats =
+    "splats of other kernels, colour spaces, projections, sorting methods or with further "
+    "extensions, without all attributes, with values out of range";
 constexpr const char* kGltfPassedOver =
     "ignored: further `COLOR_n`, `TEXCOORD_n`, attributes `_…`; unknown members; `asset.version` "
     "2.x, generator, copyright";
@@ -331,6 +337,17 @@ std::vector<Said> saidOfFiles() {
         {kGltfBrokenFile, "refused", merged(R"({"asset":{"minVersion":"2.1"}})")},
         {kGltfExtensions, "read",
          merged(R"({"extensionsUsed":["KHR_xmp"],"extensionsRequired":["KHR_xmp"]})")},
+        {kGltfExtensions, "read", [](GltfBuilder& b) { b = splatGltf({knownSplat()}, 1); }},
+        {kGltfOddSplats, "warned",
+         [](GltfBuilder& b) {
+             b = splatGltf({knownSplat()}, 0);
+             b.attributes()[splatName("ROTATION")] = b.addAccessor<float>({0, 0, 0, 2}, "VEC4");
+         }},
+        {kGltfBrokenSplats, "refused",
+         [](GltfBuilder& b) {
+             b = splatGltf({knownSplat()}, 0);
+             splatExtension(b)["kernel"] = "box";
+         }},
         {kGltfOtherExtensions, "warned", merged(R"({"extensionsUsed":["X_unheard_of"]})")},
         {kGltfOtherExtensions, "warned",
          material(R"({"extensions":{"KHR_materials_dispersion":{"dispersion":1}}})")},

@@ -21,7 +21,7 @@ constexpr const char* kPlyPassedOver =
     "ignored: other comments, `obj_info`, other properties of vertices and faces";
 constexpr const char* kPlyOddNumbers =
     "other colour values, colours of both faces and vertices, non-finite numbers except positions, "
-    "incomplete sets (`nx` alone), Gaussian splats";
+    "incomplete sets (`nx` alone, some properties of splats)";
 constexpr const char* kPlyLostTextures =
     "missing textures, unknown `texnumber`, several textures without it, textures or faces without "
     "coordinates";
@@ -99,9 +99,7 @@ TEST(Statements, OfAPly) {
         {kPlyOddNumbers, "warned", name,
          ply({.vertex = "property float nx\n", .vertex_data = "0"})},
         {kPlyOddNumbers, "warned", name,
-         cloud("property float f_dc_0\nproperty float opacity\nproperty float scale_0\nproperty "
-               "float rot_0\n",
-               "0 0 0 1 1 1 1")},
+         cloud("property float f_dc_0\nproperty float opacity\n", "0 0 0 1 1")},
         {kPlyPassedOver, "read", name,
          ply({.vertex = "property float quality\n",
               .vertex_data = "7",

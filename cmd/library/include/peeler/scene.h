@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <glm/glm.hpp>
 #include <glm/gtc/quaternion.hpp>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -72,6 +73,28 @@ struct PrimitiveSource {
     std::size_t vertices = 0;  ///< number of vertices in the file, after decoding
 };
 
+/// The properties of Gaussian splats (Kerbl et al., "3D Gaussian Splatting for Real-Time Radiance
+/// Field Rendering", 2023; glTF's KHR_gaussian_splatting), one entry per splat in each array. The
+/// splats' means are the positions of the primitive, which is of points.
+struct Splats {
+    std::vector<glm::vec3> scales;  ///< standard deviations along the splat's own axes, at least 0
+    std::vector<glm::vec4>
+        rotations;  ///< from the splat's axes to the mesh: unit quaternions x, y, z, w
+    std::vector<float> opacities;  ///< 0 to 1
+    /// Spherical harmonics of the colour in mesh space, with the signs of KHR_gaussian_splatting:
+    /// (degree + 1)² coefficients of red, green and blue per splat, by degree, then by order.
+    std::vector<glm::vec3> harmonics;
+    int degree = 0;            ///< 0 to 3
+    bool linear = false;       ///< whether colours are linear instead of sRGB
+    double dilation = 0;       ///< variance added to the projected splat, square pixels
+    bool compensated = false;  ///< whether the dilated splat's opacity is reduced (Mip-Splatting)
+
+    std::size_t size() const { return opacities.size(); }
+    std::size_t coefficients() const {
+        return static_cast<std::size_t>((degree + 1) * (degree + 1));
+    }
+};
+
 /// A draw primitive: vertex arrays of equal length (empty if missing in the file) and an index list
 /// (empty = the vertices in order). Readers check that every index is in range.
 struct Primitive {
@@ -89,6 +112,8 @@ struct Primitive {
     /// Morph targets; all primitives of a mesh have the same number.
     std::vector<MorphTarget> targets;
     PrimitiveSource source{};
+    /// If set, the points are Gaussian splats.
+    std::shared_ptr<const Splats> splats{};
 };
 
 struct Mesh {
