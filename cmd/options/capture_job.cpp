@@ -18,6 +18,7 @@
 #include "core/lens/picture_rays.h"
 #include "core/raster/hit_rasterizer.h"
 #include "core/scene/camera_choice.h"
+#include "core/splats/projected_splats.h"
 #include "core/trace/traced_hits.h"
 #include "formats/file/content_hash.h"
 #include "formats/file/json_text.h"
@@ -204,7 +205,17 @@ RayEngine CaptureJob::chooseEngine() {
     return engine_.emplace(RayEngine::kCpu);
 }
 
+void CaptureJob::warnOfSplats(const PosedScene& posed) {
+    if (!hasSplats(posed)) return;
+    if (options_.scene.reading.strict)
+        throw Error(ErrorKind::kInput, "rays do not hit Gaussian splats",
+                    options_.scene.file.string(), "leave --strict out, or the splats (--exclude)");
+    if (!std::exchange(told_of_splats_, true))
+        reporter_.warning("Rays do not hit Gaussian splats; results lack them.");
+}
+
 HitSource& CaptureJob::openHits(const PosedScene& posed) {
+    warnOfSplats(posed);
     HitSource* pinholes = nullptr;
     if (chooseEngine() == RayEngine::kGl) {
         if (renderer_)
@@ -221,6 +232,7 @@ HitSource& CaptureJob::openHits(const PosedScene& posed) {
 }
 
 HitSource& CaptureJob::openTracer(const PosedScene& posed) {
+    warnOfSplats(posed);
     traced_ = std::make_unique<TracedHits>(posed);
     return *traced_;
 }

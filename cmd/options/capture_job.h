@@ -138,6 +138,10 @@ class CaptureJob {
     void finish(RunResult& result);
 
   private:
+    /// Warns that rays do not hit the splats of a scene. If it is read strictly, throws Error
+    /// (kInput).
+    void warnOfSplats(const PosedScene& posed);
+
     const CaptureJobOptions& options_;
     Session& session_;
     Reporter& reporter_;
@@ -147,6 +151,7 @@ class CaptureJob {
     std::optional<gl::Device> device_;
     GlRenderer* renderer_ = nullptr;   ///< owned by the session
     std::optional<RayEngine> engine_;  ///< kCpu or kGl; none = not chosen yet
+    bool told_of_splats_ = false;
     std::unique_ptr<HitSource> rasterizer_, traced_;
 };
 

@@ -130,6 +130,15 @@ void addLayerOptions(VerbOptions& verb, CaptureSettings& capture) {
     addPointSizeOption(verb, capture,
                        std::to_string(kDisplayPointSize) +
                            " in display formats: .png, .jpg, .tif, .html and sheets; else 1");
+    addChoice<SplatOrder>(verb, "--splat-order", capture.splat_order, kSplatOrders,
+                          "order of splats", "order and Z of Gaussian splats:")
+        .group(kGroup);
+    addValue(
+        verb, "--splat-dilation", "PX2", capture.splat_dilation,
+        [](const std::string& text) { return parseAtLeastZero(text); },
+        "variance added to projected Gaussian splats, in square pixels (default: the file's "
+        "format's: 0.3, in glTF 0)")
+        .group(kGroup);
     addChoice<PixelType>(verb, "--precision", capture.color_type, kPrecisions, "precision",
                          "precision of stored colour; Z is always 32 bits:")
         .group(kGroup);

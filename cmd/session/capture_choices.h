@@ -32,6 +32,12 @@ inline constexpr Choice<Shading> kShading[] = {
     {"pbr", Shading::kPbr, "metallic-roughness under the scene's lights, or the built-in one"},
     {"unlit", Shading::kUnlit, "base colour only"},
 };
+inline constexpr Choice<SplatOrder> kSplatOrders[] = {
+    {"center", SplatOrder::kCenter, "by camera Z of the splat's centre, as other viewers do"},
+    {"ray", SplatOrder::kRay,
+     "by camera Z of the largest response along the pixel's ray, so that splats and surfaces cross "
+     "where they cross"},
+};
 inline constexpr Choice<PixelType> kPrecisions[] = {
     {"half", PixelType::kHalf, "16-bit colour"},
     {"float", PixelType::kFloat, "32-bit colour"},

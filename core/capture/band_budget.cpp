@@ -36,6 +36,7 @@ BandBudget::BandBudget(const GlPlan& plan, const PlanMethods& methods, const Ban
     if (!plan.clip_rows.empty()) costs_.use.pixel += 3 * sizeof(std::uint32_t);
     costs_.use.fixed = capture.tileBytes();
     if (plan.view.rays) costs_.use.fixed += TracedLayers::bufferBytes();
+    if (capture.showsSplats()) costs_.use.fixed += capture.splatBytes();
     if (plan.opaque_first) costs_.use.fixed += capture.opaqueBytes();
     if (methods.composite) {
         // A composite method's costs per pixel go into use.fragment, because rowFragments() counts
@@ -47,6 +48,9 @@ BandBudget::BandBudget(const GlPlan& plan, const PlanMethods& methods, const Ban
         costs_.use.fixed += methods.layers->tileBytes(tile, settings);
         const std::uint64_t channels = channelBytes(settings.channels, type);
         costs_.use.fragment = capture.fragmentBytes() + sizeof(float) + color + channels;
+        // The layers of surfaces and of splats, until they are merged.
+        if (capture.showsSplats())
+            costs_.use.fragment += 2 * (sizeof(float) + sizeof(std::uint32_t) + color + channels);
         if (overlaps) {
             costs_.use.fragment += capture.copiedFragmentBytes();
             costs_.use.pixel += capture.copiedPixelBytes();

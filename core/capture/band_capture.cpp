@@ -24,16 +24,20 @@ BandCapture::BandCapture(gl::Context& context, const PosedScene& posed,
       gpu_timer_(context),
       gpu_scene_(timed(times, "upload", [&] { return GpuScene(context, posed); })),
       rasterizer_(context, gpu_scene_, pass_context),
-      buffers_(context.functions()) {}
+      buffers_(context.functions()) {
+    if (peeler::hasSplats(posed)) splats_.emplace(posed);
+}
 
 void BandCapture::begin() {
     clip_band_ = {};
     largest_correction_ = 0;
     rasterizer_.begin();
+    if (splats_) splats_->splats.begin(pass_context_.view, pass_context_.settings);
 }
 
 void BandCapture::setPose(const PosedScene& posed) {
     traced_.reset();
+    if (splats_) splats_.emplace(posed);
     gpu_scene_.setPose(posed);
 }
 
@@ -124,6 +128,35 @@ void BandCapture::count(const Window& band, std::vector<std::uint32_t>& counts) 
         tracedLayers().count(band, counts);
         return add(times_, tracedLayers().takeTimes());
     }
+    if (!showsSplats()) return countSurfaces(band, counts);
+    if (pass_context_.shown == Surfaces::kAll) {
+        countSurfaces(band, counts);
+        const StageTimer timer(times_, "count");
+        return splats_->splats.addCounts(band, counts);
+    }
+    const auto method = peelMethods().front().layers();
+    LayeredImage image;
+    layersWithSplats(*method, {.band = band, .counts = {}}, image);
+    counts.resize(band.pixels());
+    for (std::size_t pixel = 0; pixel < counts.size(); ++pixel)
+        counts[pixel] = image.count(pixel);
+}
+
+std::uint32_t BandCapture::surfaceOf(std::uint32_t key) const {
+    constexpr std::uint32_t kSplat = std::uint32_t{1} << 31;
+    const PosedScene& posed = gpu_scene_.posed();
+    const DrawList& list = posed.drawList();
+    const std::uint32_t index = list.surfaceOf(key);
+    if (!splats_) return index;
+    const DrawnSurface& surface = list.surfaces()[index];
+    const Primitive& primitive =
+        posed.primitives(posed.meshes()[surface.instance])[surface.primitive];
+    return primitive.splats ? key | kSplat : index;
+}
+
+/// Counts the fragments of surfaces, lines and points.
+void BandCapture::countSurfaces(const Window& band, std::vector<std::uint32_t>& counts) {
+    if (gpu_scene_.posed().drawList().draws().empty()) return counts.assign(band.pixels(), 0);
     const StageTimer timer(times_, "count");
     prepareClip(band);
     const auto gpu = gpu_timer_.span("gpuCount");

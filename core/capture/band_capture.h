@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -22,11 +23,13 @@
 #include "core/capture/method.h"
 #include "core/capture/pass_context.h"
 #include "core/capture/scene_rasterizer.h"
+#include "core/capture/shown_fragments.h"
 #include "core/capture/traced_layers.h"
 #include "core/fragments/bands.h"
 #include "core/fragments/depth_sort.h"
 #include "core/fragments/surface_channels.h"
 #include "core/gl/gpu_timer.h"
+#include "core/splats/splat_layers.h"
 
 namespace peeler {
 
@@ -134,10 +137,16 @@ class BandCapture {
     std::uint64_t pixelsWithoutRay() {
         return pass_context_.view.rays ? tracedLayers().pixelsWithoutRay() : 0;
     }
-    /// Returns the surface of the primitive with this key (DrawList::surfaceOf).
-    std::uint32_t surfaceOf(std::uint32_t key) const {
-        return gpu_scene_.posed().drawList().surfaceOf(key);
+    /// Whether the scene has Gaussian splats.
+    bool hasSplats() const { return splats_.has_value(); }
+    /// Whether captures show them: rays do not hit splats.
+    bool showsSplats() const {
+        return hasSplats() && pass_context_.settings.hit_mode == HitMode::kNone;
     }
+    std::uint64_t splatBytes() const { return splats_ ? splats_->splats.bytes() : 0; }
+    /// Returns the surface of the primitive with this key (DrawList::surfaceOf). Every splat is a
+    /// surface of its own.
+    std::uint32_t surfaceOf(std::uint32_t key) const;
 
     /// Return the bytes that a band takes: per fragment for layers(), per pixel for composite().
     /// The memory of the sinks, and of the image that is passed to them, is not included.
@@ -249,7 +258,10 @@ class BandCapture {
     void drawChannels(BandLists& lists);
     /// Returns the layers of views with View::rays, which methods do not capture.
     TracedLayers& tracedLayers();
-    void captureTraced(const BandRequest& request, std::uint32_t layers, LayeredImage& out);
+    void countSurfaces(const Window& band, std::vector<std::uint32_t>& counts);
+    int surfaceLayers(LayerMethod& method, const BandRequest& request, LayeredImage& out);
+    /// Captures the surfaces of a band by a method and its splats, merged by depth.
+    int layersWithSplats(LayerMethod& method, const BandRequest& request, LayeredImage& out);
     void addChannels(const BandLists& lists, const CapturedFragments& captured,
                      std::span<std::uint32_t> sources, const float* values, LayeredImage& out);
     void readComposite(const BandRequest& request, CompositeImage& out);
@@ -261,6 +273,16 @@ class BandCapture {
     const NextFrame* next_frame_ = nullptr;
     GpuScene gpu_scene_;
     SceneRasterizer rasterizer_;
+    /// The splats of the scene, if there are any.
+    struct SplatParts {
+        explicit SplatParts(const PosedScene& posed) : splats(posed), shown(posed) {}
+
+        SplatLayers splats;
+        ShownFragments shown;
+        std::vector<std::uint32_t> surface_counts{};
+        std::array<LayeredImage, 2> layers{};  ///< of surfaces and of splats, to be merged
+    };
+    std::optional<SplatParts> splats_;
     std::optional<TracedLayers> traced_;  ///< made when a view first needs it
     BandBuffers buffers_;
     ListHeadTarget list_head_target_;

@@ -16,6 +16,8 @@
 #include "core/fragments/surface_channels.h"
 #include "core/image/channels.h"
 #include "core/image/composite.h"
+#include "core/image/layers.h"
+#include "core/image/merge.h"
 
 namespace peeler {
 namespace {
@@ -28,19 +30,49 @@ std::vector<std::string> colorChannels(const CaptureSettings& settings) {
 
 }  // namespace
 
-void BandCapture::captureTraced(const BandRequest& request, std::uint32_t layers,
-                                LayeredImage& out) {
-    const StageTimer timer(times_, "capture");
-    const auto gpu = gpu_timer_.span("gpuCapture");
-    tracedLayers().capture(request.band, layers, request.keys, next_frame_, out);
-    tracedLayers().takeTimes();  // "capture" includes them
-}
-
 int BandCapture::layers(LayerMethod& method, const BandRequest& request, LayeredImage& out) {
     if (pass_context_.view.rays) {
-        captureTraced(request, request.layers, out);
+        const StageTimer timer(times_, "capture");
+        const auto gpu = gpu_timer_.span("gpuCapture");
+        tracedLayers().capture(request.band, request.layers, request.keys, next_frame_, out);
+        tracedLayers().takeTimes();  // "capture" includes them
         return 1;
     }
+    return showsSplats() ? layersWithSplats(method, request, out)
+                         : surfaceLayers(method, request, out);
+}
+
+int BandCapture::layersWithSplats(LayerMethod& method, const BandRequest& request,
+                                  LayeredImage& out) {
+    const Window& band = request.band;
+    const CaptureSettings& settings = pass_context_.settings;
+    auto& [surfaces, splats] = splats_->layers;
+    int passes = 0;
+    surfaces.window = band;
+    surfaces.offsets.assign(band.pixels() + 1, 0);
+    surfaces.z.clear();
+    if (!gpu_scene_.posed().drawList().draws().empty()) {
+        countSurfaces(band, splats_->surface_counts);
+        passes = surfaceLayers(
+            method, {.band = band, .counts = splats_->surface_counts, .keys = true}, surfaces);
+    }
+    const StageTimer timer(times_, "splats");
+    splats_->splats.capture(band, splats);
+    splats.extra.resize(1 + settings.channels.size());
+    const std::span<const std::uint32_t> keys = splats.extra.front().as<std::uint32_t>();
+    // Shaders compute no channels of splats.
+    const std::vector<std::uint32_t> shaded(keys.size());
+    const std::vector<float> none(shadedComponents(settings.channels));
+    fillChannels({gpu_scene_.posed(), pass_context_.view, next_frame_, keys, shaded, none.data()},
+                 settings.channels, splats, std::span(splats.extra).subspan(1));
+    mergeByDepth(splats_->layers, band, splats, out);
+    splats_->shown.keep(pass_context_.shown, settings.opaque_only, out);
+    keepLayers(out, {.nearest = request.layers});
+    if (!request.keys) out.extra.erase(out.extra.begin());
+    return passes;
+}
+
+int BandCapture::surfaceLayers(LayerMethod& method, const BandRequest& request, LayeredImage& out) {
     fillLists(method, request, request.layers);
     if (lists_.channels) {
         const StageTimer timer(times_, "capture");
@@ -142,12 +174,14 @@ void BandCapture::sortLists(const BandLists& lists, const std::uint32_t* stored,
 }
 
 int BandCapture::composite(LayerMethod& method, const BandRequest& request, CompositeImage& out) {
-    if (pass_context_.view.rays) {
+    if (pass_context_.view.rays || showsSplats()) {
         LayeredImage image;
-        captureTraced(request, blendsTail() ? 0 : request.layers, image);
+        BandRequest all = request;
+        if (blendsTail()) all.layers = 0;
+        const int passes = layers(method, all, image);
         const StageTimer timer(times_, "composite");
         compositeNearest(image, request.layers, pass_context_.settings.tail, out);
-        return 1;
+        return passes;
     }
     const int passes = fillLists(method, request, blendsTail() ? 0 : request.layers);
     const StageTimer timer(times_, "composite");

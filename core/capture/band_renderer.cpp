@@ -29,8 +29,8 @@ PlanMethods methodsOf(const GlPlan& plan) {
     if (plan.method->exact()) methods.layers = plan.method->layers();
     // Layers with coloured opacity are composited on the CPU, because GL blending has only one
     // alpha.
-    // So are layers of traced rays, which no method captures.
-    const bool on_the_fly = plan.settings.composite && plan.method->composite && !plan.view.rays &&
+    // So are layers that the CPU finds.
+    const bool on_the_fly = plan.settings.composite && plan.method->composite && !plan.on_cpu &&
                             !(plan.settings.tinted && plan.method->exact());
     if (on_the_fly) methods.composite = plan.method->composite();
     return methods;
@@ -49,6 +49,7 @@ BandRenderer::BandRenderer(gl::Context& context, const PosedScene& posed, StageT
 void BandRenderer::begin(const GlPlan& plan) {
     plan_ = &plan;
     pass_context_.settings = plan.settings;
+    takeSurfaces();
     lighting_.setView(plan.view.camera_to_world);
     methods_ = methodsOf(plan);
     showSample(0);
@@ -61,7 +62,7 @@ void BandRenderer::showSample(std::size_t i) {
 }
 
 bool BandRenderer::overlapsBands() const {
-    return capture_.overlaps() && !plan_->view.rays && !plan_->opaque_first &&
+    return capture_.overlaps() && !plan_->on_cpu && !plan_->opaque_first &&
            !plan_->settings.composite && !plan_->mergesLayers();
 }
 

@@ -43,7 +43,11 @@ class BandRenderer {
     /// Moves the view to sample position `i` for all later captures.
     void showSample(std::size_t i);
     /// Applies a change of `surfaces` in the plan's settings.
-    void takeSurfaces() { pass_context_.settings.surfaces = plan_->settings.surfaces; }
+    void takeSurfaces() {
+        pass_context_.shown = plan_->settings.surfaces;
+        pass_context_.settings.surfaces =
+            capture_.hasSplats() ? Surfaces::kAll : plan_->settings.surfaces;
+    }
 
     /// Returns the plan's methods. If the plan is for a composite and has no CompositeMethod,
     /// captured layers are composited on the CPU.

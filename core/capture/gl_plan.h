@@ -28,8 +28,11 @@ struct GlPlan final : CapturePlan::Details {
     CaptureSettings settings;
     const MethodInfo* method = nullptr;
     std::vector<glm::dvec2> positions{};  ///< sample positions in a pixel, each captured as a view
-    bool opaque_first = false;            ///< whether to use compositeVisible()
-    Window drawn{};  ///< if opaque_first, the window that can contain fragments
+    /// Whether the CPU finds fragments: of views with View::rays, and of splats. Methods then
+    /// capture none, or only the surfaces.
+    bool on_cpu = false;
+    bool opaque_first = false;  ///< whether to use compositeVisible()
+    Window drawn{};             ///< if opaque_first, the window that can contain fragments
 
     /// By row: the number of clip-mesh surfaces, maximum over the views.
     std::vector<std::uint64_t> clip_rows{};

@@ -87,6 +87,20 @@ void checkRays(const View& view, const CaptureSettings& settings) {
                     "leave the clip volume out, or render a pinhole picture");
 }
 
+void checkSplats(const View& view, const CaptureSettings& settings) {
+    const Text where(view.camera_name);
+    if (settings.hit_mode != HitMode::kNone) return;  // rays do not hit splats
+    if (view.rays)
+        throw Error(ErrorKind::kUsage, "Gaussian splats are not seen through lenses", where,
+                    "render a pinhole picture, or leave the splats out: " + Parameter::kExclude);
+    if (!findPeelMethod(settings.method)->exact())
+        throw Error(ErrorKind::kUsage, settings.method + " does not render Gaussian splats",
+                    Parameter::kMethod + " " + settings.method, "choose an exact method");
+    if (settings.clip.active())
+        throw Error(ErrorKind::kUsage, "Gaussian splats cannot be clipped", where,
+                    "leave the clip volume out");
+}
+
 bool skipsHidden(const CaptureSettings& settings) {
     const MethodInfo* const method = findPeelMethod(settings.method);
     return settings.composite && method && method->exact() && settings.max_layers == 0 &&
@@ -97,6 +111,8 @@ GlPlanner::GlPlanner(BandRenderer& renderer, const DrawList& draws, StageTimes& 
                      const Progress& progress)
     : renderer_(renderer), draws_(draws), times_(times), plan_(plan), progress_(progress) {
     plan_.method = findPeelMethod(plan_.settings.method);
+    plan_.on_cpu = plan_.view.rays ||
+                   (renderer_.capture().hasSplats() && plan_.settings.hit_mode == HitMode::kNone);
     plan_.positions = {plan_.view.sample};
     if (plan_.settings.samples == 1) return;
     plan_.positions = samplePositions(plan_.settings.samples);
@@ -130,7 +146,7 @@ void GlPlanner::chooseSurfaces() {
     renderer_.takeSurfaces();
     const PlanMethods& methods = renderer_.methods();
     if (methods.composite || !methods.layers->takesOpaqueFirst() || !settings.clip.nodes.empty() ||
-        settings.depth_clamp || plan_.view.rays)
+        settings.depth_clamp || plan_.on_cpu)
         return;
     plan_.opaque_first = true;  // costs() below depends on opaque_first
     plan_.opaque_first =

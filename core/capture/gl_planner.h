@@ -20,6 +20,10 @@ void checkSettings(const CaptureSettings& settings);
 /// method, or a clip volume.
 void checkRays(const View& view, const CaptureSettings& settings);
 
+/// Throws Error (kUsage) if the settings cannot be used for a scene with Gaussian splats: an
+/// approximate method, a lens, a clip volume.
+void checkSplats(const View& view, const CaptureSettings& settings);
+
 /// Whether a capture may skip fragments behind opaque surfaces because its composite is exact and
 /// has all layers. Opaque fragments have alpha 1, so hidden fragments cannot change such a
 /// composite.

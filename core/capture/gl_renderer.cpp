@@ -114,6 +114,7 @@ CapturePlan GlRenderer::plan(const View& view, const CaptureSettings& settings,
     s.castShadows(*this, settings);  // first, because it may itself plan and capture shadow maps
     checkSettings(settings);
     if (view.rays) checkRays(view, settings);
+    if (s.bands.capture().hasSplats()) checkSplats(view, settings);
     if (const auto before = s.latest.lock()) before->freeKept();
     s.shown = std::make_shared<GlPlan>();
     s.latest = s.shown;
@@ -148,8 +149,8 @@ std::vector<Window> GlRenderer::bandsOnGpu(const CapturePlan& planned) {
 GlLayers GlRenderer::captureOnGpu(const CapturePlan& planned, const Window& band,
                                   const Progress& progress) {
     const GlPlan& plan = state_->show(*this, planned);
-    if (plan.view.rays)
-        throw Error(ErrorKind::kUsage, "layers through a lens do not stay on the GPU",
+    if (plan.on_cpu)
+        throw Error(ErrorKind::kUsage, "layers of lenses and splats do not stay on the GPU",
                     plan.view.camera_name, "capture them into memory");
     const GlLayers layers = state_->bands.renderOnGpu(band);
     State::report(plan, band, progress);

@@ -12,7 +12,10 @@ class Lighting;
 /// The view, settings and lighting of a capture.
 struct PassContext {
     View view;
-    CaptureSettings settings;
+    CaptureSettings settings;  ///< of GL's passes
+    /// The requested surfaces. If the scene has splats, GL captures all surfaces, and those hidden
+    /// are removed afterwards, because they also hide splats.
+    Surfaces shown = Surfaces::kAll;
     const Lighting* lighting = nullptr;  ///< null: no lights
 };
 

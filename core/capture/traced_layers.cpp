@@ -134,6 +134,7 @@ TracedLayers::TracedLayers(const gl::Context& context, PosedScene posed,
       pass_context_(pass_context),
       hits_(posed_),
       levels_(posed_.scene()),
+      shown_(posed_),
       draw_of_(drawsByKey(posed_.drawList())) {}
 
 std::uint64_t TracedLayers::bufferBytes() {
@@ -158,21 +159,7 @@ const CapturePlan& TracedLayers::planOf(const View& view) {
 /// Finds the hits of a band that the settings select.
 void TracedLayers::findHits(const Window& band, LayeredImage& out) {
     hits_.captureBand(planOf(pass_context_.view), band, out);
-    const CaptureSettings& settings = pass_context_.settings;
-    if (settings.surfaces == Surfaces::kAll && !settings.opaque_only) return;
-    const std::span<const std::uint32_t> keys = out.extra.front().as<std::uint32_t>();
-    const auto& draws = posed_.drawList().draws();
-    std::vector<char> marked(keys.size());
-    for (std::size_t pixel = 0; pixel < band.pixels(); ++pixel) {
-        for (std::size_t i = out.offsets[pixel]; i < out.offsets[pixel + 1]; ++i) {
-            const bool opaque = draws[draw_of_.surfaceOf(keys[i])].opaque;
-            const bool dropped =
-                opaque ? settings.surfaces == Surfaces::kTransparent : settings.opaque_only;
-            marked[i] = !dropped;
-            if (opaque && settings.surfaces != Surfaces::kAll) break;
-        }
-    }
-    keepMarked(out, marked);
+    shown_.keep(pass_context_.settings.surfaces, pass_context_.settings.opaque_only, out);
 }
 
 void TracedLayers::count(const Window& band, std::vector<std::uint32_t>& counts) {

@@ -9,6 +9,7 @@
 #include <peeler/stage_times.h>
 #include "core/capture/pass_context.h"
 #include "core/capture/scene_rasterizer.h"
+#include "core/capture/shown_fragments.h"
 #include "core/fragments/surface_channels.h"
 #include "core/gl/context.h"
 #include "core/gl/objects.h"
@@ -65,6 +66,7 @@ class TracedLayers {
     const PassContext& pass_context_;
     TracedHits hits_;
     TextureLevels levels_;
+    ShownFragments shown_;
     KeyIndex draw_of_;            ///< by key
     std::vector<Traced> traced_;  ///< the samples of one picture
     CaptureSettings traced_settings_;

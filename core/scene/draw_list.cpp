@@ -32,7 +32,7 @@ std::uint32_t flagsOf(const Primitive& p, bool mirrored) {
 
 /// Sets a draw's alpha flags. Returns false if the alpha test rejects every fragment.
 bool setAlpha(Draw& draw, const Primitive& p, const Material& m) {
-    draw.opaque = m.alpha_mode != AlphaMode::kBlend && !isTransmissive(m);
+    draw.opaque = isOpaque(m);
     if (m.alpha_mode == AlphaMode::kOpaque) return true;
     draw.textured_alpha = static_cast<bool>(m.base_color_texture);
     draw.alpha_tested = draw.textured_alpha || !p.colors.empty();
@@ -114,6 +114,7 @@ void DrawList::addGroup(const Scene& scene, std::span<const MeshInstance> instan
 
     for (std::size_t i = 0; i < primitives.size(); ++i) {
         const Primitive& p = primitives[i];
+        if (p.splats) continue;  // GL does not draw them
         Draw draw;
         draw.geometry = indexOf({first.mesh, i, first.deformed});
         draw.topology = p.topology;

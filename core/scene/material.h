@@ -26,6 +26,11 @@ float dielectricF0(float ior);
 /// Whether light passes through the surface, which then occludes nothing.
 bool isTransmissive(const Material& material);
 
+/// Whether the material hides what is behind it: OPAQUE or MASK, not transmissive.
+inline bool isOpaque(const Material& material) {
+    return material.alpha_mode != AlphaMode::kBlend && !isTransmissive(material);
+}
+
 /// Whether the material may tint transmitted light because its base colour, texture or volume may
 /// filter channels differently. Ignores vertex colours.
 bool isTintedGlass(const Material& material);

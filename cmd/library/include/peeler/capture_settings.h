@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -45,6 +46,12 @@ enum class HitMode : std::uint8_t {
     kSloped    ///< like kRaw, with depth slopes in place of colour (LayeredImage::color)
 };
 
+/// The depth of a Gaussian splat's fragments, by which they are sorted.
+enum class SplatOrder : std::uint8_t {
+    kCenter,  ///< camera Z of the splat's mean
+    kRay      ///< camera Z of the largest response along the pixel's ray
+};
+
 /// Returns the number of colour components stored during a capture (shaders/packed_color.glsl).
 /// With coloured opacity, the eighth component is padding.
 inline constexpr std::size_t storedComponents(bool tinted) {
@@ -71,6 +78,9 @@ struct CaptureSettings {
     /// more memory, and only makes a difference if hasTintedGlass(). If false, the opacity of glass
     /// is a single alpha.
     bool tinted = false;
+    SplatOrder splat_order = SplatOrder::kCenter;
+    /// Variance added to projected splats, square pixels; nothing for Splats::dilation.
+    std::optional<double> splat_dilation{};
     HitMode hit_mode = HitMode::kNone;
     bool depth_clamp = false;  ///< whether to disable clipping at the near and far planes
     /// Extra channels to store per fragment, in the order of channelTable(). Composites have no

@@ -1,0 +1,262 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/splats/projected_splats.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <glm/gtc/quaternion.hpp>
+#include <numeric>
+
+#include "core/base/color.h"
+#include "core/base/parallel.h"
+#include "core/scene/view.h"
+
+namespace peeler {
+namespace {
+
+constexpr std::size_t kSplatsAtOnce = 4096;
+constexpr double kLeastOpacity = 1.0 / 255;
+constexpr double kLeastExponent = -4.5;  // 3 standard deviations
+constexpr double kFieldMargin = 1.3;     // of the first paper's code
+// The least standard deviation of an axis, as a share of the largest, so that thin splats have a
+// depth along rays.
+constexpr double kLeastScale = 1e-4;
+
+/// Returns the colour toward a direction of mesh space, of length 1.
+glm::dvec3 colorToward(const Splats& splats, std::size_t i, const glm::dvec3& d) {
+    const glm::vec3* const sh = splats.harmonics.data() + i * splats.coefficients();
+    const auto at = [&](std::size_t n) { return glm::dvec3(sh[n]); };
+    const double x = d.x, y = d.y, z = d.z, xx = x * x, yy = y * y, zz = z * z;
+    glm::dvec3 color = 0.5 + 0.28209479177387814 * at(0);
+    if (splats.degree >= 1) color += 0.4886025119029199 * (z * at(2) - y * at(1) - x * at(3));
+    if (splats.degree >= 2)
+        color += 1.092548430592079 * (x * y * at(4) - y * z * at(5) - x * z * at(7)) +
+                 0.31539156525252 * (2 * zz - xx - yy) * at(6) +
+                 0.5462742152960395 * (xx - yy) * at(8);
+    if (splats.degree >= 3)
+        color += -0.5900435899266435 * (y * (3 * xx - yy) * at(9) + x * (xx - 3 * yy) * at(15)) +
+                 2.890611442640554 * x * y * z * at(10) -
+                 0.4570457994644657 * (4 * zz - xx - yy) * (y * at(11) + x * at(13)) +
+                 0.3731763325901154 * z * (2 * zz - 3 * xx - 3 * yy) * at(12) +
+                 1.445305721320277 * z * (xx - yy) * at(14);
+    return glm::max(color, 0.0);
+}
+
+/// Returns the rotation of a matrix: its axes with length 1.
+glm::dmat3 rotationOf(const glm::dmat3& m) {
+    return {unitOrZero(m[0]), unitOrZero(m[1]), unitOrZero(m[2])};
+}
+
+/// The splats of one instance of a primitive.
+struct SplatPiece {
+    const Splats* splats = nullptr;
+    const std::vector<glm::vec3>* means = nullptr;
+    glm::dmat4 camera_from_mesh{1};  ///< to camera space, x right, y down, z forward
+    glm::dvec3 eye{0};               ///< in mesh space
+    glm::dvec3 forward{0};           ///< of parallel rays, in mesh space
+    std::uint32_t first_key = 0;
+};
+
+class SplatProjector {
+  public:
+    SplatProjector(const View& view, const CaptureSettings& settings)
+        : settings_(settings),
+          perspective_(view.projection.perspective),
+          near_(view.projection.near),
+          far_(view.projection.far),
+          middle_(0.5 * glm::dvec2(view.width, view.height)),
+          focal_(middle_ / glm::dvec2(view.projection.half_width, view.projection.half_height)),
+          field_(kFieldMargin *
+                 glm::dvec2(view.projection.half_width, view.projection.half_height)) {}
+
+    /// Projects a splat. Returns false if it has no fragments.
+    bool project(const SplatPiece& piece, std::size_t i, ProjectedSplat& out,
+                 SplatDepth* depth) const {
+        const Splats& splats = *piece.splats;
+        const glm::dvec3 mean((*piece.means)[i]);
+        const glm::dvec3 at(piece.camera_from_mesh * glm::dvec4(mean, 1));
+        if (!(at.z > near_ && at.z < far_)) return false;
+        const auto& q = splats.rotations[i];
+        const glm::dmat3 axes =
+            glm::dmat3(piece.camera_from_mesh) * glm::mat3_cast(glm::dquat(q.w, q.x, q.y, q.z));
+        const glm::dvec3 scale(splats.scales[i]);
+        glm::dmat3 half;  // of the covariance: half · halfᵀ
+        for (int k = 0; k < 3; ++k)
+            half[k] = axes[k] * scale[k];
+
+        // The rows of the Jacobian.
+        glm::dvec3 to_x(focal_.x, 0, 0), to_y(0, focal_.y, 0);
+        glm::dvec2 place = middle_ + focal_ * glm::dvec2(at);
+        if (perspective_) {
+            const glm::dvec2 slope = glm::clamp(glm::dvec2(at) / at.z, -field_, field_);
+            to_x = focal_.x / at.z * glm::dvec3(1, 0, -slope.x);
+            to_y = focal_.y / at.z * glm::dvec3(0, 1, -slope.y);
+            place = middle_ + focal_ * glm::dvec2(at) / at.z;
+        }
+        const glm::dvec3 along_x = glm::transpose(half) * to_x,
+                         along_y = glm::transpose(half) * to_y;
+        const double plain_xx = glm::dot(along_x, along_x), plain_yy = glm::dot(along_y, along_y),
+                     xy = glm::dot(along_x, along_y);
+        const double dilation = settings_.splat_dilation.value_or(splats.dilation);
+        const double xx = plain_xx + dilation, yy = plain_yy + dilation;
+        const double determinant = xx * yy - xy * xy;
+        if (!(determinant > 0) || !std::isfinite(determinant)) return false;
+        double opacity = static_cast<double>(splats.opacities[i]);
+        if (splats.compensated)
+            opacity *= std::sqrt(std::max(plain_xx * plain_yy - xy * xy, 0.0) / determinant);
+        if (!(opacity >= kLeastOpacity)) return false;
+
+        const double least = std::max(kLeastExponent, std::log(kLeastOpacity / opacity));
+        out.x = static_cast<float>(place.x);
+        out.y = static_cast<float>(place.y);
+        out.half_width = static_cast<float>(std::sqrt(-2 * least * xx));
+        out.half_height = static_cast<float>(std::sqrt(-2 * least * yy));
+        out.xx = static_cast<float>(yy / determinant);
+        out.xy = static_cast<float>(-xy / determinant);
+        out.yy = static_cast<float>(xx / determinant);
+        out.least = static_cast<float>(least);
+        out.opacity = static_cast<float>(opacity);
+        out.z = static_cast<float>(at.z);
+        out.key = piece.first_key + static_cast<std::uint32_t>(i);
+        setColor(piece, i, mean, out);
+        if (depth) setDepth(axes, scale, at, *depth);
+        return std::isfinite(out.x) && std::isfinite(out.y) && std::isfinite(out.half_width) &&
+               std::isfinite(out.half_height);
+    }
+
+  private:
+    void setColor(const SplatPiece& piece, std::size_t i, const glm::dvec3& mean,
+                  ProjectedSplat& out) const {
+        const glm::dvec3 toward =
+            perspective_ ? unitOrZero(mean - piece.eye) : unitOrZero(piece.forward);
+        glm::dvec3 color = colorToward(*piece.splats, i, toward);
+        if (!piece.splats->linear)
+            for (int c = 0; c < 3; ++c)
+                color[c] = linearFromSrgb(color[c]);
+        color = glm::min(color, 65504.0);
+        out.red = static_cast<float>(color.r);
+        out.green = static_cast<float>(color.g);
+        out.blue = static_cast<float>(color.b);
+    }
+
+    /// Sets the depth along rays, up to a common factor of both terms.
+    static void setDepth(const glm::dmat3& axes, const glm::dvec3& scale, const glm::dvec3& at,
+                         SplatDepth& depth) {
+        const double largest = std::max({scale.x, scale.y, scale.z});
+        const glm::dmat3 own = glm::inverse(axes);  // to the splat's axes
+        glm::dmat3 white;                           // to where the splat is a sphere
+        for (int k = 0; k < 3; ++k)
+            for (int row = 0; row < 3; ++row)
+                white[k][row] =
+                    own[k][row] * (largest / std::max(scale[row], kLeastScale * largest));
+        const glm::dmat3 p = glm::transpose(white) * white;
+        const glm::dvec3 along = p * at;
+        for (int k = 0; k < 3; ++k)
+            depth.along[k] = static_cast<float>(along[k]);
+        constexpr std::array<std::array<int, 2>, 6> kEntries{
+            {{0, 0}, {0, 1}, {0, 2}, {1, 1}, {1, 2}, {2, 2}}};
+        for (std::size_t e = 0; e < 6; ++e)
+            depth.precision[e] = static_cast<float>(p[kEntries[e][0]][kEntries[e][1]]);
+    }
+
+    const CaptureSettings& settings_;
+    bool perspective_;
+    double near_, far_;
+    glm::dvec2 middle_, focal_, field_;
+};
+
+std::vector<SplatPiece> piecesOf(const PosedScene& posed, const View& view) {
+    std::vector<SplatPiece> pieces;
+    glm::dmat4 camera_from_world = glm::inverse(view.camera_to_world);
+    for (int column = 0; column < 4; ++column) {
+        camera_from_world[column].y *= -1;
+        camera_from_world[column].z *= -1;
+    }
+    for (const DrawnSurface& surface : posed.drawList().surfaces()) {
+        const MeshInstance& instance = posed.meshes()[surface.instance];
+        const Primitive& primitive = posed.primitives(instance)[surface.primitive];
+        if (!primitive.splats) continue;
+        SplatPiece piece;
+        piece.splats = primitive.splats.get();
+        piece.means = &posed.positions(instance, surface.primitive);
+        piece.camera_from_mesh = camera_from_world * instance.world;
+        // Colours turn with the node, but are not scaled.
+        const glm::dmat3 turn = rotationOf(glm::dmat3(instance.world));
+        const glm::dmat4 mesh_from_world = glm::inverse(instance.world);
+        piece.eye = glm::dvec3(mesh_from_world * view.camera_to_world[3]);
+        piece.forward = glm::transpose(turn) * -glm::dvec3(view.camera_to_world[2]);
+        piece.first_key = surface.first_key;
+        pieces.push_back(piece);
+    }
+    return pieces;
+}
+
+/// Returns the indices of the splats in order of Z: a stable radix sort, since positive floats
+/// order as their bits.
+std::vector<std::uint32_t> orderOf(const std::vector<ProjectedSplat>& splats) {
+    std::vector<std::uint32_t> order(splats.size()), next(splats.size());
+    std::iota(order.begin(), order.end(), 0U);
+    for (unsigned shift = 0; shift < 32; shift += 8) {
+        std::array<std::uint32_t, 257> first{};
+        const auto digit = [&](std::uint32_t i) {
+            return std::bit_cast<std::uint32_t>(splats[i].z) >> shift & 255U;
+        };
+        for (const std::uint32_t i : order)
+            ++first[digit(i) + 1];
+        std::partial_sum(first.begin(), first.end(), first.begin());
+        for (const std::uint32_t i : order)
+            next[first[digit(i)]++] = i;
+        order.swap(next);
+    }
+    return order;
+}
+
+}  // namespace
+
+bool hasSplats(const PosedScene& posed) {
+    return std::ranges::any_of(posed.meshes(), [&](const MeshInstance& instance) {
+        return std::ranges::any_of(posed.primitives(instance),
+                                   [](const Primitive& p) { return p.splats != nullptr; });
+    });
+}
+
+SplatPicture projectSplats(const PosedScene& posed, const View& view,
+                           const CaptureSettings& settings) {
+    const bool by_ray = settings.splat_order == SplatOrder::kRay;
+    const SplatProjector projector(view, settings);
+    struct Part {
+        std::vector<ProjectedSplat> splats;
+        std::vector<SplatDepth> depths;
+    };
+    SplatPicture all;
+    for (const SplatPiece& piece : piecesOf(posed, view)) {
+        const std::size_t count = piece.splats->size();
+        std::vector<Part> parts((count + kSplatsAtOnce - 1) / kSplatsAtOnce);
+        parallelFor(parts.size(), [&](std::size_t part) {
+            const std::size_t end = std::min(count, (part + 1) * kSplatsAtOnce);
+            for (std::size_t i = part * kSplatsAtOnce; i < end; ++i) {
+                ProjectedSplat splat;
+                SplatDepth depth;
+                if (!projector.project(piece, i, splat, by_ray ? &depth : nullptr)) continue;
+                parts[part].splats.push_back(splat);
+                if (by_ray) parts[part].depths.push_back(depth);
+            }
+        });
+        for (Part& part : parts) {
+            all.splats.insert(all.splats.end(), part.splats.begin(), part.splats.end());
+            all.depths.insert(all.depths.end(), part.depths.begin(), part.depths.end());
+            part = {};
+        }
+    }
+    SplatPicture ordered;
+    ordered.splats.reserve(all.splats.size());
+    ordered.depths.reserve(all.depths.size());
+    for (const std::uint32_t i : orderOf(all.splats)) {
+        ordered.splats.push_back(all.splats[i]);
+        if (by_ray) ordered.depths.push_back(all.depths[i]);
+    }
+    return ordered;
+}
+
+}  // namespace peeler

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// Gaussian splats projected to a picture.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <peeler/capture_settings.h>
+#include <peeler/view.h>
+#include "core/scene/posed_scene.h"
+
+namespace peeler {
+
+/// A splat in a picture. Its response at the offset d from the mean is
+/// G = exp(−(xx · d.x² + yy · d.y²) / 2 − xy · d.x · d.y), its opacity there min(0.99, opacity ·
+/// G).
+struct ProjectedSplat {
+    float x = 0, y = 0;                     ///< mean, pixels, y down
+    float half_width = 0, half_height = 0;  ///< of the box with all fragments, pixels
+    float xx = 0, xy = 0, yy = 0;           ///< inverse of the projected covariance
+    /// Least exponent of a fragment: within 3 standard deviations, and opacity at least 1/255.
+    float least = 0;
+    float opacity = 0;
+    float z = 0;                         ///< camera Z of the mean
+    float red = 0, green = 0, blue = 0;  ///< linear, or as stored (SplatBlending)
+    std::uint32_t key = 0;
+};
+
+/// The depth along rays at which a splat's response is largest: the camera Z is
+/// (along · r) / (rᵀ · precision · r) for the ray r = (x, y, 1) of camera space, y down, z forward.
+struct SplatDepth {
+    float along[3]{};
+    float precision[6]{};  ///< xx, xy, xz, yy, yz, zz
+};
+
+/// The splats that can have fragments in a picture, in order of Z, at equal Z in draw order.
+struct SplatPicture {
+    std::vector<ProjectedSplat> splats;
+    std::vector<SplatDepth> depths;  ///< of the same splats, for SplatOrder::kRay; else empty
+};
+
+/// Whether the scene has splats.
+bool hasSplats(const PosedScene& posed);
+
+/// Projects the splats of a scene (Zwicker et al., "EWA Splatting", 2002) in front of the near
+/// plane. Directions are limited as in the first paper's code, to 1.3 times the field of view.
+/// Parallel rays are projected orthographically. Results are the same for any number of threads.
+SplatPicture projectSplats(const PosedScene& posed, const View& view,
+                           const CaptureSettings& settings);
+
+}  // namespace peeler

@@ -1,0 +1,249 @@
+// SPDX-License-Identifier: Apache-2.0
+// Tests layers of Gaussian splats, against closed forms and against a reference in double
+// precision.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/gtc/matrix_transform.hpp>
+#include <glm/gtc/quaternion.hpp>
+#include <random>
+
+#include "core/splats/splat_layers.h"
+#include "support/capture.h"
+
+namespace peeler::test {
+namespace {
+
+constexpr double kHarmonic0 = 0.28209479177387814;
+
+/// A splat, as a test states it.
+struct Blob {
+    glm::dvec3 mean{0}, scale{0.1};
+    glm::dquat turn{1, 0, 0, 0};
+    double opacity = 0.5;
+    glm::dvec3 color{0.5};  ///< sRGB
+};
+
+Scene sceneOf(const std::vector<Blob>& blobs, double dilation = 0,
+              const glm::dmat4& placement = glm::dmat4(1)) {
+    SceneBuilder builder;
+    const int material = builder.material({1, 1, 1, 1});
+    builder.triangles({{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}, material, placement);
+    Primitive& primitive = builder.scene().meshes.back().primitives.front();
+    primitive.topology = Topology::kPoints;
+    primitive.positions.clear();
+    const auto splats = std::make_shared<Splats>();
+    splats->dilation = dilation;
+    for (const Blob& blob : blobs) {
+        primitive.positions.emplace_back(blob.mean);
+        splats->scales.emplace_back(blob.scale);
+        splats->rotations.emplace_back(blob.turn.x, blob.turn.y, blob.turn.z, blob.turn.w);
+        splats->opacities.push_back(static_cast<float>(blob.opacity));
+        splats->harmonics.emplace_back((blob.color - 0.5) / kHarmonic0);
+    }
+    primitive.splats = splats;
+    return builder.scene();
+}
+
+std::vector<Blob> randomBlobs(std::size_t count, unsigned seed) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> share(0, 1);
+    std::normal_distribution<double> normal;
+    std::vector<Blob> blobs(count);
+    for (Blob& blob : blobs) {
+        blob.mean = {2 * share(random) - 1, 1.5 * share(random) - 0.75, -2 - 3 * share(random)};
+        for (int k = 0; k < 3; ++k)
+            blob.scale[k] = 0.01 * std::exp(3 * share(random));
+        blob.turn = glm::normalize(
+            glm::dquat(normal(random), normal(random), normal(random), normal(random)));
+        blob.opacity = share(random);
+        blob.color = {share(random), share(random), share(random)};
+    }
+    return blobs;
+}
+
+LayeredImage layersOf(const Scene& scene, const View& view, const CaptureSettings& settings,
+                      int rows = 1 << 20) {
+    const PosedScene posed(scene, 0);
+    SplatLayers layers(posed);
+    layers.begin(view, settings);
+    LayeredImage whole;
+    CollectSink sink;
+    for (int y = view.crop.y0; y < view.crop.y1; y += rows) {
+        LayeredImage band;
+        layers.capture({view.crop.x0, y, view.crop.x1, std::min(view.crop.y1, y + rows)}, band);
+        sink.write(std::move(band));
+    }
+    return sink.image;
+}
+
+CaptureSettings floats(SplatOrder order = SplatOrder::kCenter) {
+    CaptureSettings settings;
+    settings.color_type = PixelType::kFloat;
+    settings.splat_order = order;
+    return settings;
+}
+
+TEST(SplatLayers, AreAGaussianOfTheProjectedSize) {
+    // 48 pixels high, tan 0.5: a focal length of 48 pixels; at Z = 4, 0.25 units are 3 pixels.
+    const View view = testView(64, 48);
+    const LayeredImage image = layersOf(
+        sceneOf({{.mean = {0, 0, -4}, .scale = glm::dvec3(0.25), .opacity = 0.8}}), view, floats());
+    for (int y = 0; y < 48; ++y) {
+        for (int x = 0; x < 64; ++x) {
+            const double dx = x + 0.5 - 32, dy = y + 0.5 - 24, square = (dx * dx + dy * dy) / 9;
+            const double alpha = 0.8 * std::exp(-square / 2);
+            const std::size_t pixel = image.pixelIndex(x, y);
+            if (std::abs(square - 9) < 0.01 || std::abs(alpha * 255 - 1) < 0.01) continue;
+            ASSERT_EQ(image.count(pixel), square < 9 && alpha > 1.0 / 255 ? 1U : 0U)
+                << x << ' ' << y;
+            if (image.count(pixel) == 0) continue;
+            const std::uint32_t f = image.offsets[pixel];
+            EXPECT_NEAR(color(image, f).a, alpha, 2e-6);
+            EXPECT_NEAR(color(image, f).r, 0.21404114 * alpha, 2e-6);  // sRGB 0.5
+            EXPECT_EQ(image.z[f], 4);
+        }
+    }
+}
+
+TEST(SplatLayers, AreNeverOpaqueAndAreDilated) {
+    const View view = testView(64, 48);
+    const Blob blob{.mean = {0, 0, -4}, .scale = glm::dvec3(1e-6), .opacity = 1};
+    EXPECT_EQ(layersOf(sceneOf({blob}), view, floats()).fragments(), 0U);
+    // A variance of 4 square pixels, around the corner of four pixels.
+    const LayeredImage dilated = layersOf(sceneOf({blob}, 4), view, floats());
+    const std::uint32_t f = dilated.offsets[dilated.pixelIndex(32, 24)];
+    EXPECT_NEAR(color(dilated, f).a, std::exp(-0.5 * 0.5 / 4), 1e-4);
+    CaptureSettings settings = floats();
+    settings.splat_dilation = 1e4;
+    const LayeredImage blurred = layersOf(sceneOf({blob}, 4), view, settings);
+    EXPECT_FLOAT_EQ(color(blurred, blurred.offsets[blurred.pixelIndex(32, 24)]).a, 0.99F);
+}
+
+/// A fragment of the reference.
+struct Wanted {
+    double z = 0, alpha = 0;
+    std::size_t blob = 0;
+};
+
+/// Returns the fragments of a pixel, from formulas of the papers, in double precision. `unsure`:
+/// set if rounding decides whether there is a fragment.
+std::vector<Wanted> reference(const std::vector<Blob>& blobs, const View& view, int x, int y,
+                              double dilation, SplatOrder order, bool& unsure) {
+    const double focal = view.height / (2 * view.projection.half_height);
+    std::vector<Wanted> found;
+    for (std::size_t i = 0; i < blobs.size(); ++i) {
+        const Blob& blob = blobs[i];
+        const glm::dvec3 at(blob.mean.x, -blob.mean.y, -blob.mean.z);
+        const glm::dmat3 flip(1, 0, 0, 0, -1, 0, 0, 0, -1);
+        glm::dmat3 spread(0);
+        for (int k = 0; k < 3; ++k)
+            spread[k][k] = blob.scale[k] * blob.scale[k];
+        const glm::dmat3 turn = flip * glm::mat3_cast(blob.turn);
+        const glm::dmat3 covariance = turn * spread * glm::transpose(turn);
+        glm::dmat2 flat(0);
+        const glm::dvec3 rows[2] = {{focal / at.z, 0, -focal * at.x / (at.z * at.z)},
+                                    {0, focal / at.z, -focal * at.y / (at.z * at.z)}};
+        for (int a = 0; a < 2; ++a)
+            for (int b = 0; b < 2; ++b)
+                flat[a][b] = glm::dot(rows[a], covariance * rows[b]) + (a == b ? dilation : 0);
+        const glm::dvec2 off =
+            glm::dvec2(x + 0.5, y + 0.5) -
+            (glm::dvec2(view.width, view.height) / 2.0 + focal * glm::dvec2(at) / at.z);
+        const double square = glm::dot(off, glm::inverse(flat) * off);
+        const double alpha = std::min(0.99, blob.opacity * std::exp(-square / 2));
+        unsure = unsure || std::abs(square - 9) < 1e-3 || std::abs(alpha * 255 - 1) < 1e-3;
+        if (square > 9 || alpha < 1.0 / 255) continue;
+        const glm::dvec3 ray((x + 0.5 - view.width / 2.0) / focal,
+                             (y + 0.5 - view.height / 2.0) / focal, 1);
+        const glm::dmat3 precision = glm::inverse(covariance);
+        const double along = glm::dot(ray, precision * at) / glm::dot(ray, precision * ray);
+        found.push_back({order == SplatOrder::kRay ? along : at.z, alpha, i});
+    }
+    std::ranges::stable_sort(found, {}, &Wanted::z);
+    return found;
+}
+
+TEST(SplatLayers, EqualAReferenceInDoublePrecision) {
+    const View view = testView(80, 60);
+    const std::vector<Blob> blobs = randomBlobs(300, 1);
+    for (const SplatOrder order : {SplatOrder::kCenter, SplatOrder::kRay}) {
+        for (const double dilation : {0.0, 0.3}) {
+            const LayeredImage image = layersOf(sceneOf(blobs, dilation), view, floats(order));
+            ASSERT_GT(image.fragments(), 10'000U);
+            const auto keys = image.extra.front().as<std::uint32_t>();
+            std::size_t unsure_pixels = 0, swapped = 0;
+            for (int y = 0; y < 60; ++y) {
+                for (int x = 0; x < 80; ++x) {
+                    bool unsure = false;
+                    const auto wanted = reference(blobs, view, x, y, dilation, order, unsure);
+                    const std::size_t pixel = image.pixelIndex(x, y);
+                    unsure_pixels += unsure ? 1 : 0;
+                    if (unsure) continue;
+                    ASSERT_EQ(image.count(pixel), wanted.size()) << x << ' ' << y;
+                    for (std::size_t i = 0; i < wanted.size(); ++i) {
+                        const auto f = image.offsets[pixel] + static_cast<std::uint32_t>(i);
+                        EXPECT_NEAR(image.z[f], wanted[i].z, 1e-5 * wanted[i].z);
+                        if (keys[f] != wanted[i].blob + 1) {
+                            ++swapped;  // equal Z but for rounding
+                            continue;
+                        }
+                        EXPECT_NEAR(color(image, f).a, wanted[i].alpha, 1e-5);
+                    }
+                }
+            }
+            EXPECT_LT(unsure_pixels, 200U);
+            EXPECT_LE(swapped, 4U);
+        }
+    }
+}
+
+TEST(SplatLayers, DoNotDependOnBands) {
+    const View view = testView(80, 60);
+    const Scene scene = sceneOf(randomBlobs(300, 2), 0.3);
+    for (const SplatOrder order : {SplatOrder::kCenter, SplatOrder::kRay}) {
+        const LayeredImage whole = layersOf(scene, view, floats(order));
+        for (const int rows : {1, 7, 16})
+            EXPECT_EQ(difference(whole, layersOf(scene, view, floats(order), rows)), "") << rows;
+    }
+}
+
+TEST(SplatLayers, TurnWithTheirNode) {
+    // Node and camera turned together show the same; colours, too.
+    const View view = testView(40, 30);
+    std::vector<Blob> blobs = randomBlobs(50, 3);
+    Scene still = sceneOf(blobs), turned = sceneOf(blobs);
+    for (Scene* const scene : {&still, &turned}) {
+        Primitive& primitive = scene->meshes.back().primitives.front();
+        auto splats = std::make_shared<Splats>(*primitive.splats);
+        splats->degree = 3;
+        splats->harmonics.clear();
+        std::mt19937 random(4);
+        std::normal_distribution<float> normal(0, 0.2F);
+        for (std::size_t i = 0; i < blobs.size() * 16; ++i)
+            splats->harmonics.emplace_back(normal(random), normal(random), normal(random));
+        primitive.splats = splats;
+    }
+    const glm::dmat4 turn = glm::translate(
+        glm::rotate(glm::dmat4(1), 1.1, glm::normalize(glm::dvec3(1, 2, 3))), {3, -2, 5});
+    const PosedScene posed(turned, 0);
+    Pose pose = restPose(turned);
+    for (glm::dmat4& local : pose.locals)
+        local = turn * local;
+    View moved = view;
+    moved.camera_to_world = turn * view.camera_to_world;
+    SplatLayers layers(PosedScene(turned, 0, pose));
+    layers.begin(moved, floats());
+    LayeredImage image;
+    layers.capture(moved.crop, image);
+    const LayeredImage wanted = layersOf(still, view, floats());
+    ASSERT_NEAR(static_cast<double>(image.fragments()), static_cast<double>(wanted.fragments()), 3);
+    if (image.fragments() != wanted.fragments()) return;
+    for (std::size_t f = 0; f < image.fragments(); ++f)
+        for (int c = 0; c < 4; ++c)
+            ASSERT_NEAR(color(image, f)[c], color(wanted, f)[c], 2e-5) << f;
+}
+
+}  // namespace
+}  // namespace peeler::test
