@@ -25,8 +25,8 @@ struct Blob {
     glm::dvec3 color{0.5};  ///< sRGB
 };
 
-Scene sceneOf(const std::vector<Blob>& blobs, double dilation = 0,
-              const glm::dmat4& placement = glm::dmat4(1)) {
+Scene sceneOfBlobs(const std::vector<Blob>& blobs, double dilation = 0,
+                   const glm::dmat4& placement = glm::dmat4(1)) {
     SceneBuilder builder;
     const int material = builder.material({1, 1, 1, 1});
     builder.triangles({{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}, material, placement);
@@ -63,8 +63,8 @@ std::vector<Blob> randomBlobs(std::size_t count, unsigned seed) {
     return blobs;
 }
 
-LayeredImage layersOf(const Scene& scene, const View& view, const CaptureSettings& settings,
-                      int rows = 1 << 20) {
+LayeredImage splatLayersOf(const Scene& scene, const View& view, const CaptureSettings& settings,
+                           int rows = 1 << 20) {
     const PosedScene posed(scene, 0);
     SplatLayers layers(posed);
     layers.begin(view, settings);
@@ -78,7 +78,7 @@ LayeredImage layersOf(const Scene& scene, const View& view, const CaptureSetting
     return sink.image;
 }
 
-CaptureSettings floats(SplatOrder order = SplatOrder::kCenter) {
+CaptureSettings floatColors(SplatOrder order = SplatOrder::kCenter) {
     CaptureSettings settings;
     settings.color_type = PixelType::kFloat;
     settings.splat_order = order;
@@ -88,8 +88,9 @@ CaptureSettings floats(SplatOrder order = SplatOrder::kCenter) {
 TEST(SplatLayers, AreAGaussianOfTheProjectedSize) {
     // 48 pixels high, tan 0.5: a focal length of 48 pixels; at Z = 4, 0.25 units are 3 pixels.
     const View view = testView(64, 48);
-    const LayeredImage image = layersOf(
-        sceneOf({{.mean = {0, 0, -4}, .scale = glm::dvec3(0.25), .opacity = 0.8}}), view, floats());
+    const LayeredImage image = splatLayersOf(
+        sceneOfBlobs({{.mean = {0, 0, -4}, .scale = glm::dvec3(0.25), .opacity = 0.8}}), view,
+        floatColors());
     for (int y = 0; y < 48; ++y) {
         for (int x = 0; x < 64; ++x) {
             const double dx = x + 0.5 - 32, dy = y + 0.5 - 24, square = (dx * dx + dy * dy) / 9;
@@ -110,29 +111,30 @@ TEST(SplatLayers, AreAGaussianOfTheProjectedSize) {
 TEST(SplatLayers, AreNeverOpaqueAndAreDilated) {
     const View view = testView(64, 48);
     const Blob blob{.mean = {0, 0, -4}, .scale = glm::dvec3(1e-6), .opacity = 1};
-    EXPECT_EQ(layersOf(sceneOf({blob}), view, floats()).fragments(), 0U);
+    EXPECT_EQ(splatLayersOf(sceneOfBlobs({blob}), view, floatColors()).fragments(), 0U);
     // A variance of 4 square pixels, around the corner of four pixels.
-    const LayeredImage dilated = layersOf(sceneOf({blob}, 4), view, floats());
+    const LayeredImage dilated = splatLayersOf(sceneOfBlobs({blob}, 4), view, floatColors());
     const std::uint32_t f = dilated.offsets[dilated.pixelIndex(32, 24)];
     EXPECT_NEAR(color(dilated, f).a, std::exp(-0.5 * 0.5 / 4), 1e-4);
-    CaptureSettings settings = floats();
+    CaptureSettings settings = floatColors();
     settings.splat_dilation = 1e4;
-    const LayeredImage blurred = layersOf(sceneOf({blob}, 4), view, settings);
+    const LayeredImage blurred = splatLayersOf(sceneOfBlobs({blob}, 4), view, settings);
     EXPECT_FLOAT_EQ(color(blurred, blurred.offsets[blurred.pixelIndex(32, 24)]).a, 0.99F);
 }
 
 /// A fragment of the reference.
-struct Wanted {
+struct WantedSplat {
     double z = 0, alpha = 0;
     std::size_t blob = 0;
 };
 
 /// Returns the fragments of a pixel, from formulas of the papers, in double precision. `unsure`:
 /// set if rounding decides whether there is a fragment.
-std::vector<Wanted> reference(const std::vector<Blob>& blobs, const View& view, int x, int y,
-                              double dilation, SplatOrder order, bool& unsure) {
+std::vector<WantedSplat> referenceFragments(const std::vector<Blob>& blobs, const View& view, int x,
+                                            int y, double dilation, SplatOrder order,
+                                            bool& unsure) {
     const double focal = view.height / (2 * view.projection.half_height);
-    std::vector<Wanted> found;
+    std::vector<WantedSplat> found;
     for (std::size_t i = 0; i < blobs.size(); ++i) {
         const Blob& blob = blobs[i];
         const glm::dvec3 at(blob.mean.x, -blob.mean.y, -blob.mean.z);
@@ -161,7 +163,7 @@ std::vector<Wanted> reference(const std::vector<Blob>& blobs, const View& view, 
         const double along = glm::dot(ray, precision * at) / glm::dot(ray, precision * ray);
         found.push_back({order == SplatOrder::kRay ? along : at.z, alpha, i});
     }
-    std::ranges::stable_sort(found, {}, &Wanted::z);
+    std::ranges::stable_sort(found, {}, &WantedSplat::z);
     return found;
 }
 
@@ -170,14 +172,16 @@ TEST(SplatLayers, EqualAReferenceInDoublePrecision) {
     const std::vector<Blob> blobs = randomBlobs(300, 1);
     for (const SplatOrder order : {SplatOrder::kCenter, SplatOrder::kRay}) {
         for (const double dilation : {0.0, 0.3}) {
-            const LayeredImage image = layersOf(sceneOf(blobs, dilation), view, floats(order));
+            const LayeredImage image =
+                splatLayersOf(sceneOfBlobs(blobs, dilation), view, floatColors(order));
             ASSERT_GT(image.fragments(), 10'000U);
             const auto keys = image.extra.front().as<std::uint32_t>();
             std::size_t unsure_pixels = 0, swapped = 0;
             for (int y = 0; y < 60; ++y) {
                 for (int x = 0; x < 80; ++x) {
                     bool unsure = false;
-                    const auto wanted = reference(blobs, view, x, y, dilation, order, unsure);
+                    const auto wanted =
+                        referenceFragments(blobs, view, x, y, dilation, order, unsure);
                     const std::size_t pixel = image.pixelIndex(x, y);
                     unsure_pixels += unsure ? 1 : 0;
                     if (unsure) continue;
@@ -201,11 +205,12 @@ TEST(SplatLayers, EqualAReferenceInDoublePrecision) {
 
 TEST(SplatLayers, DoNotDependOnBands) {
     const View view = testView(80, 60);
-    const Scene scene = sceneOf(randomBlobs(300, 2), 0.3);
+    const Scene scene = sceneOfBlobs(randomBlobs(300, 2), 0.3);
     for (const SplatOrder order : {SplatOrder::kCenter, SplatOrder::kRay}) {
-        const LayeredImage whole = layersOf(scene, view, floats(order));
+        const LayeredImage whole = splatLayersOf(scene, view, floatColors(order));
         for (const int rows : {1, 7, 16})
-            EXPECT_EQ(difference(whole, layersOf(scene, view, floats(order), rows)), "") << rows;
+            EXPECT_EQ(difference(whole, splatLayersOf(scene, view, floatColors(order), rows)), "")
+                << rows;
     }
 }
 
@@ -213,7 +218,7 @@ TEST(SplatLayers, TurnWithTheirNode) {
     // Node and camera turned together show the same; colours, too.
     const View view = testView(40, 30);
     std::vector<Blob> blobs = randomBlobs(50, 3);
-    Scene still = sceneOf(blobs), turned = sceneOf(blobs);
+    Scene still = sceneOfBlobs(blobs), turned = sceneOfBlobs(blobs);
     for (Scene* const scene : {&still, &turned}) {
         Primitive& primitive = scene->meshes.back().primitives.front();
         auto splats = std::make_shared<Splats>(*primitive.splats);
@@ -234,10 +239,10 @@ TEST(SplatLayers, TurnWithTheirNode) {
     View moved = view;
     moved.camera_to_world = turn * view.camera_to_world;
     SplatLayers layers(PosedScene(turned, 0, pose));
-    layers.begin(moved, floats());
+    layers.begin(moved, floatColors());
     LayeredImage image;
     layers.capture(moved.crop, image);
-    const LayeredImage wanted = layersOf(still, view, floats());
+    const LayeredImage wanted = splatLayersOf(still, view, floatColors());
     ASSERT_NEAR(static_cast<double>(image.fragments()), static_cast<double>(wanted.fragments()), 3);
     if (image.fragments() != wanted.fragments()) return;
     for (std::size_t f = 0; f < image.fragments(); ++f)
