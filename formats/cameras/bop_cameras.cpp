@@ -10,6 +10,7 @@
 #include <set>
 
 #include <peeler/error.h>
+#include "formats/cameras/bop_lens.h"
 #include "formats/cameras/camera_formats.h"
 #include "formats/file/file_name.h"
 #include "formats/file/json_text.h"
@@ -26,6 +27,8 @@ constexpr std::string_view kPictureKeys[] = {"cam_K",       "cam_R_w2c",  "cam_t
                                              "depth_scale", "view_level", "mode"};
 constexpr std::string_view kCameraKeys[] = {"width", "height", "fx",         "fy",
                                             "cx",    "cy",     "depth_scale"};
+constexpr std::string_view kLensPictureKeys[] = {"cam_model",   "cam_R_w2c",  "cam_t_w2c",
+                                                 "depth_scale", "view_level", "mode"};
 constexpr std::string_view kObjectKeys[] = {"obj_id", "cam_R_m2c", "cam_t_m2c"};
 
 /// Returns the path of the file `name` that accompanies the camera file `path`. `folder` is
@@ -125,6 +128,31 @@ std::vector<PlacedObject> objectsIn(const nlohmann::json& list, const std::strin
     return objects;
 }
 
+/// Reads a picture's cam_model.
+void readLens(const CameraObject& picture, const CameraSource& source, FileCamera& camera) {
+    const std::string where = picture.where("cam_model");
+    const nlohmann::json& model = picture.value().at("cam_model");
+    const LensRefusal refusal = {
+        "only pinhole cameras are rendered, and this camera model has lens distortion", where,
+        kUndistort};
+    if (!source.options.lenses) refuseCamera(refusal.what, where, kUndistort);
+    if (!model.is_object() ||
+        model.value("projection_model_type", nlohmann::json()) != kBopLensType)
+        refuseCamera("this camera model is not " + std::string(kBopLensType), where);
+    const CameraObject lens(model, source.path.string(), picture.pointer() + "/cam_model");
+    // Aria's recordings have one focal length.
+    const bool one_focal =
+        model.contains("projection_params") && model["projection_params"].size() == 15;
+    auto numbers =
+        lens.required(lens.numbers("projection_params", one_focal ? 15 : 16), "projection_params");
+    if (one_focal) numbers.insert(numbers.begin(), numbers.front());
+    camera.intrinsics = checkedIntrinsics({numbers[0], numbers[1], numbers[2], numbers[3]}, where);
+    camera.lens =
+        checkedLens(source.options, "fisheye624", {numbers.begin() + 4, numbers.end()}, refusal);
+    camera.size = checkedSize(lens.required(lens.number("image_width"), "image_width"),
+                              lens.required(lens.number("image_height"), "image_height"), where);
+}
+
 std::vector<FileCamera> readBop(const CameraSource& source) {
     const std::string file = source.path.string();
     const auto pictures = picturesIn(source.json(), file);
@@ -144,18 +172,18 @@ std::vector<FileCamera> readBop(const CameraSource& source) {
     for (const auto& [id, value] : pictures) {
         const std::string key = std::to_string(id);
         const CameraObject picture(*value, file, childPointer("", key));
-        if (picture.has("cam_model"))
-            refuseCamera(
-                "only pinhole cameras are rendered, and this camera model has lens "
-                "distortion",
-                picture.where("cam_model"), kUndistort);
-        warnOfOthers(picture, kPictureKeys, source.warnings);
-        const auto k = picture.required(picture.numbers("cam_K", 9), "cam_K");
         FileCamera& camera = cameras.emplace_back();
         camera.name = pictureName(id);
-        camera.intrinsics =
-            intrinsicsOfK(std::span<const double, 9>(k.data(), 9), picture.where("cam_K"));
         camera.size = size;
+        if (picture.has("cam_model")) {
+            warnOfOthers(picture, kLensPictureKeys, source.warnings);
+            readLens(picture, source, camera);
+        } else {
+            warnOfOthers(picture, kPictureKeys, source.warnings);
+            const auto k = picture.required(picture.numbers("cam_K", 9), "cam_K");
+            camera.intrinsics =
+                intrinsicsOfK(std::span<const double, 9>(k.data(), 9), picture.where("cam_K"));
+        }
         camera.camera_to_world = poseOfOpencv(rigidMembers(picture, "cam_R_w2c", "cam_t_w2c"),
                                               picture.where("cam_R_w2c"));
         const auto list = lists.extract(id);

@@ -11,6 +11,8 @@
 
 #include <peeler/error.h>
 #include "core/base/parallel.h"
+#include "core/scene/view.h"
+#include "formats/cameras/bop_lens.h"
 #include "formats/file/atomic_file.h"
 #include "formats/file/json_text.h"
 #include "formats/file/regular_file.h"
@@ -85,8 +87,9 @@ void MaskFolder::checkViews(std::span<const View> views) const {
         if (!view.projection.perspective)
             throw Error(ErrorKind::kUsage, "BOP has no orthographic cameras", view.camera_name,
                         "choose a perspective camera, or give " + Parameter::kAs + " coco,ids");
-        if (view.rays)
-            throw Error(ErrorKind::kUsage, "BOP's cam_K describes no lens", view.camera_name,
+        const LensCamera* const lens = lensCameraOf(view);
+        if (view.rays && !(lens && bopCameraModel(lens->lens, lens->intrinsics, {})))
+            throw Error(ErrorKind::kUsage, "BOP has no lens like this", view.camera_name,
                         "give " + Parameter::kAs + " coco,ids");
         const Window &crop = view.crop, &first = views.front().crop;
         if (crop.width() != first.width() || crop.height() != first.height())

@@ -4,6 +4,8 @@
 #include <utility>
 
 #include <peeler/camera_choice.h>
+#include "core/scene/view.h"
+#include "formats/cameras/bop_lens.h"
 #include "formats/file/json_text.h"
 
 namespace peeler {
@@ -113,7 +115,12 @@ json viewJson(const MaskedView& view, const MaskFormats& formats,
     if (formats.bop) {
         const glm::dmat4 world_to_camera = worldToOpencv(view.view.camera_to_world);
         const Intrinsics k = intrinsicsOf(view.view);
-        json camera = {{"cam_K", {k.fx, 0, k.cx, 0, k.fy, k.cy, 0, 0, 1}}, {"depth_scale", 1.0}};
+        json camera = {{"depth_scale", 1.0}};
+        if (const LensCamera* const lens = lensCameraOf(view.view))
+            camera["cam_model"] =
+                bopCameraModel(lens->lens, k, {crop.width(), crop.height()}).value();
+        else
+            camera["cam_K"] = {k.fx, 0, k.cx, 0, k.fy, k.cy, 0, 0, 1};
         addRigid(world_to_camera, "w2c", camera);
         record["scene_camera"] = std::move(camera);
         record["camera"] = {{"fx", k.fx},

@@ -194,6 +194,50 @@ TEST(LensMasks, OfMixedCamerasAndOfACanvas) {
     EXPECT_TRUE(again[1].value("skipped", false));
 }
 
+/// Returns the number of hits of the cameras of a file.
+Json hitsOf(const fs::path& scene, const fs::path& cameras, const fs::path& out) {
+    const Outcome run = runPeeler({"rays", scene.string(), "--quiet", "--json", "--cameras",
+                                   cameras.string(), "-o", out.string()});
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    return run.exit_code == 0 ? Json::parse(run.out).at("hits") : Json();
+}
+
+TEST(LensMasks, BopCamerasHaveTheirLens) {
+    const ScratchDir scratch;
+    writeSphere(scratch / "sphere.obj", {0.3, 0, -3}, 1);
+    const fs::path folder = scratch / "out", file = folder / "scene_camera.json";
+    const Outcome run =
+        masks(scratch / "sphere.obj", folder,
+              "--as bop --lens opencv-fisheye --distortion 0.03,-0.01,0.004,-0.0006 "
+              "--eye 0,0,0 --target 0,0,-1 --size 96x64 --intrinsics 40,40,47,31");
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+    const auto read = [](const fs::path& path) { return Json::parse(std::ifstream(path)); };
+    Json cameras = read(file);
+    Json& camera = cameras.at("0");
+    EXPECT_FALSE(camera.contains("cam_K")) << "the toolkit takes one of the two";
+    Json& model = camera.at("cam_model");
+    EXPECT_EQ(model.at("projection_model_type"), "CameraModelType.FISHEYE624");
+    EXPECT_EQ(model.at("projection_params"), Json({40., 40., 47., 31., 0.03, -0.01, 0.004, -0.0006,
+                                                   0., 0., 0., 0., 0., 0., 0., 0.}));
+    EXPECT_EQ(model.at("image_width"), 96);
+    fs::remove(folder / "scene_gt.json");  // the scene has no node obj_1
+    // The camera sees the sphere where the masks do. Each of its rays has two hits.
+    const Json seen = read(folder / "scene_gt_info.json").at("0").at(0).at("px_count_visib");
+    EXPECT_GT(seen, 300);
+    EXPECT_EQ(hitsOf(scratch / "sphere.obj", file, scratch / "a.npz"), 2 * seen.get<int>());
+    // Aria's recordings have one focal length.
+    model["projection_params"].erase(0);
+    std::ofstream(file) << cameras;
+    EXPECT_EQ(hitsOf(scratch / "sphere.obj", file, scratch / "b.npz"), 2 * seen.get<int>());
+    EXPECT_EQ(bytesOf(scratch / "a.npz"), bytesOf(scratch / "b.npz"));
+    model["projection_model_type"] = "CameraModelType.KB3";
+    std::ofstream(file) << cameras;
+    const Outcome other = runPeeler({"rays", (scratch / "sphere.obj").string(), "--cameras",
+                                     file.string(), "-o", scratch / "e.npz"});
+    EXPECT_EQ(other.exit_code, 3);
+    EXPECT_TRUE(contains(other.err, "is not CameraModelType.FISHEYE624")) << other.err;
+}
+
 TEST(LensMasks, WhatLensesRefuse) {
     const ScratchDir scratch;
     writeSphere(scratch / "sphere.obj", {0, 0, -3}, 1);
@@ -208,7 +252,7 @@ TEST(LensMasks, WhatLensesRefuse) {
     const auto expect = [](const std::string& message, const std::string& words) {
         EXPECT_NE(message.find(words), std::string::npos) << message;
     };
-    expect(refused(fisheye), "BOP's cam_K describes no lens");
+    expect(refused("--fov 50 --lens opencv --distortion 0.1,0,0,0"), "BOP has no lens like this");
     expect(refused(fisheye + ids + "--clip-plane 0,0,1,0"), "--clip-plane");
     expect(refused("--lens equirectangular --canvas 3 " + ids), "has no surroundings");
 }

@@ -97,9 +97,9 @@ TEST(BaseColorColumn, IsWhatTheMapComposites) {
     const auto colors = hits.at("base_color").as<float>();
     ASSERT_EQ(hits.at("base_color").shape, "(" + std::to_string(splits.back()) + ", 4)");
     ASSERT_GT(splits.back(), 1000);
-    constexpr std::array kColumns{"R.0", "G.0", "B.0", "A.0"};
+    constexpr std::array kMapChannels{"R.0", "G.0", "B.0", "A.0"};
     for (std::size_t channel = 0; channel < 4; ++channel) {
-        const auto expected = map.at(kColumns[channel]).as<float>();
+        const auto expected = map.at(kMapChannels[channel]).as<float>();
         for (std::size_t ray = 0; ray + 1 < splits.size(); ++ray) {
             float sum = 0, passing = 1;
             for (auto i = static_cast<std::size_t>(splits[ray]);
@@ -108,7 +108,7 @@ TEST(BaseColorColumn, IsWhatTheMapComposites) {
                 sum += passing * alpha * (channel == 3 ? 1 : colors[4 * i + channel]);
                 passing *= 1 - alpha;
             }
-            ASSERT_NEAR(sum, expected[ray], 1e-5) << ray << kColumns[channel];
+            ASSERT_NEAR(sum, expected[ray], 1e-5) << ray << kMapChannels[channel];
         }
     }
     EXPECT_FALSE(readNpz(traced("all.npz", {"--columns", "all"})).contains("base_color"));
