@@ -271,7 +271,7 @@ std::string animationText(const Scene& scene, std::size_t index) {
            countText(animation.channels.size(), "channel");
 }
 
-Json boundsJson(const Bounds& box) {
+Json boxJson(const Bounds& box) {
     return {{"min", vectorJson(box.min)}, {"max", vectorJson(box.max)}};
 }
 
@@ -301,7 +301,7 @@ Json toJson(const SceneFacts& facts, const InfoOptions& options) {
     json["points"] = facts.elements.points;
     json["splats"] = facts.elements.splats;
     json["splatDegree"] = facts.splats ? Json(facts.splats->degree) : Json();
-    json["splatBounds"] = facts.splats ? boundsJson(facts.splats->box) : Json();
+    json["splatBounds"] = facts.splats ? boxJson(facts.splats->box) : Json();
     for (std::size_t i = 0; i < kAlphaModes.size(); ++i) {
         json["materials"][kAlphaModes[i]] = facts.materials[i];
     }
@@ -332,7 +332,7 @@ Json toJson(const SceneFacts& facts, const InfoOptions& options) {
     const IdNames names = idNames(scene);
     json["objectNames"] = names.objects;
     json["materialNames"] = names.materials;
-    json["bounds"] = facts.box ? boundsJson(*facts.box) : Json();
+    json["bounds"] = facts.box ? boxJson(*facts.box) : Json();
     json["extensions"] = Json::array();
     for (const ExtensionUse& use : facts.extensions) {
         json["extensions"].push_back({{"name", use.name},

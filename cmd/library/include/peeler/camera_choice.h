@@ -54,8 +54,8 @@ struct CameraChoice {
     /// crop of a larger picture that is centred on the axis and has the size View::width x
     /// View::height. View::sample holds the fractional part of the crop's offset.
     std::optional<Intrinsics> intrinsics{};
-    /// A lens other than a pinhole, with these intrinsics. `near` and `far` are then distances along
-    /// the rays, by default 0 and infinity.
+    /// A lens other than a pinhole, with these intrinsics. `near` and `far` are then distances
+    /// along the rays, by default 0 and infinity.
     std::optional<Lens> lens{};
     std::optional<double> near{}, far{};  ///< distances to the near and far plane, scene units
     Size size{1280, 720};

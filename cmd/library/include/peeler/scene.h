@@ -91,7 +91,8 @@ struct Splats {
 
     std::size_t size() const { return opacities.size(); }
     std::size_t coefficients() const {
-        return static_cast<std::size_t>((degree + 1) * (degree + 1));
+        const auto orders = static_cast<std::size_t>(degree) + 1;
+        return orders * orders;
     }
 };
 
