@@ -515,11 +515,11 @@ constexpr const char* kMasksFooter =
 
 VerbAction declareMasks(VerbOptions& verb) {
     const auto options = std::make_shared<MasksOptions>();
-    verb.addFiles(
-            "SCENE", options->scenes,
-            "scenes (glTF, PLY, STL, OBJ, 3MF), folders of scenes, or globs in quotes; in the "
-            "name of the output folder, {stem} stands for the scene's name, {folder} for the "
-            "name of the scene's folder")
+    verb.addFiles("SCENE", options->scenes,
+                  "scenes (glTF, PLY, STL, OBJ, 3MF, SPZ, .splat), folders of scenes, or globs in "
+                  "quotes; in the "
+                  "name of the output folder, {stem} stands for the scene's name, {folder} for the "
+                  "name of the scene's folder")
         .files(sceneExtensions());
     addMaskOptions(verb, *options);
     addMaskPictureOptions(verb, options->pictures, *options);

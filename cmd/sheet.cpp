@@ -105,9 +105,10 @@ int Sheets::run() {
         } else if (sceneFormatOf(request_.scene.file)) {
             ofScene();
         } else {
-            throw Error(ErrorKind::kInput, "neither a scene nor a layered depth image",
-                        request_.scene.file.string(),
-                        "give a glTF, PLY, STL, OBJ or 3MF file, or an .exr of peeler render");
+            throw Error(
+                ErrorKind::kInput, "neither a scene nor a layered depth image",
+                request_.scene.file.string(),
+                "give a glTF, PLY, STL, OBJ, 3MF, SPZ or .splat file, or an .exr of peeler render");
         }
     } catch (...) {
         if (!views_.asked()) throw;
@@ -359,7 +360,7 @@ VerbAction declareSheet(VerbOptions& verb) {
     options->output.options.as = "composite";
     addFile(verb, "IN", "", options->request.scene.file,
             "a layered or deep image (.exr, .safetensors) or a scene: glTF (.gltf, .glb), PLY, "
-            "STL, OBJ, 3MF, or arrays in .npz or .safetensors")
+            "STL, OBJ, 3MF, SPZ, .splat, or arrays in .npz or .safetensors")
         .files(".exr " + sceneExtensions())
         .required();
     addOutputOptions(verb, options->output);

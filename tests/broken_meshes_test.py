@@ -264,6 +264,8 @@ refused("chunks: none", "p.ply", chunked(chunks=0), "need 1 chunks", "")
 refused("chunks: 2^31 splats", "p.ply", chunked(count="2147483648"), "ends before", ", byte ")
 refused("chunks: 257 splats of one chunk", "p.ply", chunked(rows=257, count="257"), "need 2 chunks", "")
 refused("chunks: floats", "p.ply", chunked(kind="float"), "must be uint", "")
+refused("chunks: text out of range", "p.ply", chunked(chunks=0, data=b"1 2 -3 4\n").replace(LITTLE.encode(), b"ascii"),
+        "out of range", ":")
 refused("chunks: cut", "p.ply", chunked()[:-1], "ends before", ", byte ")
 shown("spz: whole", "s.spz", spz())
 shown("spz: called .splat", "s.splat", spz())

@@ -76,7 +76,7 @@ struct SplatFacts {
                glm::dvec3(-std::numeric_limits<double>::infinity())};
 };
 
-void addFacts(SplatFacts& facts, const Primitive& primitive, const glm::dmat4& to_world) {
+void addSplats(SplatFacts& facts, const Primitive& primitive, const glm::dmat4& to_world) {
     const Splats& splats = *primitive.splats;
     facts.degree = std::max(facts.degree, splats.degree);
     for (std::size_t i = 0; i < splats.size(); ++i) {
@@ -100,7 +100,7 @@ std::optional<SplatFacts> splatsOf(const Scene& scene, const PosedScene& shown) 
         for (const Primitive& primitive :
              scene.meshes[static_cast<std::size_t>(instance.mesh)].primitives)
             if (primitive.splats && primitive.splats->size() > 0)
-                addFacts(facts ? *facts : facts.emplace(), primitive, instance.world);
+                addSplats(facts ? *facts : facts.emplace(), primitive, instance.world);
     return facts;
 }
 

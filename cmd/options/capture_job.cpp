@@ -92,7 +92,7 @@ void chooseForEyes(const VerbOptions& verb, const CameraOptions& camera,
 
 void addSceneArgument(VerbOptions& verb, CaptureJobOptions& options) {
     addFile(verb, "SCENE", "", options.scene.file,
-            "a scene: glTF (.gltf, .glb), PLY, STL, OBJ or 3MF")
+            "a scene: glTF (.gltf, .glb), PLY, STL, OBJ, 3MF, SPZ or .splat")
         .files(sceneExtensions())
         .required();
 }

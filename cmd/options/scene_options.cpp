@@ -57,7 +57,8 @@ double parseLengthUnit(const std::string& text) {
 
 void addUnitOption(VerbOptions& verb, SceneReadOptions& reading) {
     addValue(verb, "--unit", "NAME|METRES", reading.metres_per_unit, parseLengthUnit,
-             "length unit of a PLY, STL or OBJ, by name or in metres; lengths are converted to "
+             "length unit of a PLY, STL, OBJ, SPZ or .splat, by name or in metres; lengths are "
+             "converted to "
              "metres (default: no conversion):")
         .oneOf(describeChoices(kLengthUnits))
         .group("Scene");

@@ -20,7 +20,7 @@ void addSceneOptions(VerbOptions& verb, SceneOptions& options);
 void addUpOption(VerbOptions& verb, SceneReadOptions& reading);
 void addUnitOption(VerbOptions& verb, SceneReadOptions& reading);
 inline constexpr const char* kUpHelp =
-    "up axis of a PLY, STL or OBJ, which becomes +Y of the scene (default: y)";
+    "up axis of a PLY, STL, OBJ, SPZ or .splat, which becomes +Y of the scene (default: y)";
 /// Declares --allow-outside, without the other scene options.
 void addSandboxOption(VerbOptions& verb, bool& allow_outside);
 /// Declares --strict, which turns warnings of readers into errors.

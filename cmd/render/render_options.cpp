@@ -79,7 +79,8 @@ void chooseChannels(const RenderOptions& options, CaptureSettings& capture) {
 void addRenderOptions(VerbOptions& verb, RenderOptions& options) {
     verb.addFiles(
             "SCENE", options.scenes,
-            "scenes (glTF, PLY, STL, OBJ, 3MF), folders of scenes, or globs in quotes; in the "
+            "scenes (glTF, PLY, STL, OBJ, 3MF, SPZ, .splat), folders of scenes, or globs in "
+            "quotes; in the "
             "output's "
             "name, {stem} stands for the scene's name, {folder} for the name of the scene's folder")
         .files(sceneExtensions());

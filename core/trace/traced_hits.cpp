@@ -80,7 +80,8 @@ void forEachTiled(const Window& window, const Visit& visit) {
         for (int x0 = 0; x0 < window.width(); x0 += kTile)
             for (int y = y0; y < std::min(window.height(), y0 + kTile); ++y)
                 for (int x = x0; x < std::min(window.width(), x0 + kTile); ++x)
-                    visit(static_cast<std::size_t>(y * window.width() + x));
+                    visit(static_cast<std::size_t>(y) * static_cast<std::size_t>(window.width()) +
+                          static_cast<std::size_t>(x));
 }
 
 /// Writes the rays of a window in world space, row by row.

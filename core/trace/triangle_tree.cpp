@@ -15,13 +15,13 @@ namespace peeler {
 namespace {
 
 // The tree measures in units of 2^kVertexBits cells, so all vertices are in [−1, 1].
-constexpr double kUnit = TriangleBlock::kUnit;
+constexpr double kCellUnit = TriangleBlock::kUnit;
 static_assert(CellGrid::kVertexBits == 50);
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr float kEndless = std::numeric_limits<float>::infinity();
 
 /// A box, in the first three lanes.
 struct Box {
-    FourFloats low = FourFloats{} + kInfinity, high = -low;
+    FourFloats low = FourFloats{} + kEndless, high = -low;
 
     void add(const Box& other) {
         low = least(low, other.low);
@@ -49,7 +49,7 @@ struct BoxedTriangle {
 FourFloats inUnits(const Cells& cells) {
     const TwoDoubles xy{static_cast<double>(cells[0]), static_cast<double>(cells[1])},
         z{static_cast<double>(cells[2]), 0};
-    return toFloats(xy * kUnit, z * kUnit);
+    return toFloats(xy * kCellUnit, z * kCellUnit);
 }
 
 BoxedTriangle boxed(const CellCorners& corners, std::uint32_t triangle) {
@@ -200,7 +200,7 @@ std::array<TreeBuilder::Part, 2> TreeBuilder::split(const Part& part, bool halve
         const FourFloats place = (triangle.middle() - part.middles.low) * scale;
         return __builtin_convertvector(place, FourInts);
     };
-    float best = kInfinity;
+    float best = kEndless;
     std::size_t best_axis = 0;
     int best_bin = 0;
     if (!halve) {
@@ -229,7 +229,7 @@ std::array<TreeBuilder::Part, 2> TreeBuilder::split(const Part& part, bool halve
         }
     }
     std::size_t size = range.size() / 2;
-    if (best < kInfinity) {
+    if (best < kEndless) {
         const auto middle = std::partition(
             range.begin(), range.end(),
             [&](const BoxedTriangle& triangle) { return bins_of(triangle)[best_axis] < best_bin; });
@@ -312,7 +312,7 @@ FloatRay::FloatRay(const ExactRay& ray) {
     constexpr double kBox = 1 + 0x1p-20;
     double enter = 0, leave = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < 3; ++i) {
-        at[i] = static_cast<double>(ray.origin[i]) * kUnit;
+        at[i] = static_cast<double>(ray.origin[i]) * kCellUnit;
         along[i] = static_cast<double>(ray.direction[i]) * 0x1p-52;
         down[i] = along[i] < 0 ? 1 : 0;
         across[i] = 1 / along[i];
@@ -360,7 +360,7 @@ struct FloatCone {
     explicit FloatCone(const RayCone& cone) : axis(cone.axis), sign(cone.backwards ? -1.0F : 1.0F) {
         double farthest = 1;
         for (std::size_t i = 0; i < 3; ++i) {
-            const double at = static_cast<double>(cone.origin[axis[i]]) * kUnit;
+            const double at = static_cast<double>(cone.origin[axis[i]]) * kCellUnit;
             origin[i] = static_cast<float>(at);
             farthest = std::max(farthest, 1 + std::abs(at));
         }
@@ -368,7 +368,7 @@ struct FloatCone {
             low[i] = static_cast<float>(cone.low[i]);
             high[i] = static_cast<float>(cone.high[i]);
         }
-        margin = static_cast<float>(farthest * 0x1p-20 + 4 * cone.spread * kUnit);
+        margin = static_cast<float>(farthest * 0x1p-20 + 4 * cone.spread * kCellUnit);
     }
 };
 
@@ -382,7 +382,7 @@ struct TreeWalk {
     PEELER_INLINE static unsigned hitChildren(const Node& node, const FloatRay& ray) {
         // The relative error of `near` and `far` is less than 3.0001 · 2^-24 (README.md).
         constexpr float kMargin = 1 + 0x1p-21F;
-        EightFloats near{}, far = near + kInfinity;
+        EightFloats near{}, far = near + kEndless;
         for (std::size_t axis = 0; axis < 3; ++axis) {
             const std::size_t down = ray.down[axis];
             // NaN (0 · infinity) leaves `near` and `far` as they are.

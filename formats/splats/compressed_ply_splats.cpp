@@ -3,6 +3,7 @@
 // whose integers interpolate between the chunk's limits.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include <peeler/error.h>
@@ -27,6 +28,14 @@ constexpr const char* kPackedNames[] = {"packed_position", "packed_rotation", "p
                                         "packed_color"};
 /// The integers of a splat, in the order of kPackedNames.
 using PackedSplat = std::array<std::uint32_t, std::size(kPackedNames)>;
+
+/// Converts a number of a property of this type, which text may exceed.
+template <class Integer>
+Integer packedNumber(double value) {
+    if (!(value >= 0 && value <= double{std::numeric_limits<Integer>::max()}))
+        throw Error(ErrorKind::kInput, "a packed number is out of range");
+    return static_cast<Integer>(value);
+}
 
 /// Returns the lowest bits as a fractionOf from 0 to 1.
 double fractionOf(std::uint32_t value, std::uint32_t bits) {
@@ -99,20 +108,20 @@ class CompressedPlyReader {
         readRows(elements_, element, fields, [&](const std::vector<double>& values) {
             PackedSplat& splat = packed_.emplace_back();
             for (std::size_t i = 0; i < splat.size(); ++i)
-                splat[i] = static_cast<std::uint32_t>(values[i]);
+                splat[i] = packedNumber<std::uint32_t>(values[i]);
         });
     }
 
     void readHarmonics(const PlyElement& element) {
         degree_ = degreeIn(file_, element);
-        higher_ = static_cast<std::size_t>(3 * ((degree_ + 1) * (degree_ + 1) - 1));
+        higher_ = 3 * (Splats::coefficients(degree_) - 1);
         const auto fields = fieldsOf(element, numberedNames("f_rest_", higher_), "uchar", 255);
         file_.allow(element.rows * higher_);
         harmonics_.reserve(element.rows * higher_);
         harmonic_rows_ = element.rows;
         readRows(elements_, element, fields, [&](const std::vector<double>& values) {
             for (const double value : values)
-                harmonics_.push_back(static_cast<std::uint8_t>(value));
+                harmonics_.push_back(packedNumber<std::uint8_t>(value));
         });
     }
 

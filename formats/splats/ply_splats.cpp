@@ -52,7 +52,7 @@ class SplatPlyReader {
     void readSplats(const PlyElement& element) {
         const int degree = degreeIn(file_, element);
         std::vector<std::string> names(std::begin(kSplatNames), std::end(kSplatNames));
-        const auto higher = static_cast<std::uint64_t>(3 * ((degree + 1) * (degree + 1) - 1));
+        const auto higher = std::uint64_t{3} * (Splats::coefficients(degree) - 1);
         std::ranges::copy(numberedNames("f_rest_", higher), std::back_inserter(names));
         const bool filtered = propertyNamed(element, kFilterName);
         if (filtered) names.emplace_back(kFilterName);

@@ -94,8 +94,7 @@ double harmonicOf(double color) {
 
 std::optional<int> degreeOf(std::uint64_t coefficients) {
     for (int degree = 0; degree <= 3; ++degree)
-        if (coefficients + 1 == static_cast<std::uint64_t>((degree + 1) * (degree + 1)))
-            return degree;
+        if (coefficients + 1 == Splats::coefficients(degree)) return degree;
     return {};
 }
 

@@ -58,7 +58,7 @@ double fixedPoint(const std::uint8_t* bytes) {
     const auto number = static_cast<std::uint32_t>(bytes[0]) << 8U |
                         static_cast<std::uint32_t>(bytes[1]) << 16U |
                         static_cast<std::uint32_t>(bytes[2]) << 24U;
-    return static_cast<std::int32_t>(number) / 256;  // the lowest byte is zero
+    return static_cast<double>(static_cast<std::int32_t>(number)) / 256;
 }
 
 glm::dvec4 rotationOfThree(const std::uint8_t* bytes) {

@@ -80,7 +80,8 @@ class Mutator {
 
 /// Returns the number of mutations for a target: per format, 2,000, or 40 in the short run.
 std::size_t mutationsOf(const fuzz::Target& target) {
-    const std::size_t formats = std::string_view(target.name) == "meshes" ? 3 : 1;
+    const std::string_view name = target.name;
+    const std::size_t formats = name == "meshes" ? 3 : name == "splats" ? 4 : 1;
     return formats * (test::exhaustive() ? 2000 : 40);
 }
 

@@ -90,10 +90,12 @@ struct Splats {
     bool compensated = false;  ///< whether the dilated splat's opacity is reduced (Mip-Splatting)
 
     std::size_t size() const { return opacities.size(); }
-    std::size_t coefficients() const {
+    /// Returns the number of coefficients of a degree, per splat.
+    static std::size_t coefficients(int degree) {
         const auto orders = static_cast<std::size_t>(degree) + 1;
         return orders * orders;
     }
+    std::size_t coefficients() const { return coefficients(degree); }
 };
 
 /// A draw primitive: vertex arrays of equal length (empty if missing in the file) and an index list
