@@ -124,8 +124,9 @@ TEST(Description, KnowsWhatBecomesOfValues) {
     };
     const auto scene = optionOf("render", "SCENE");
     EXPECT_TRUE(scene.is_file && scene.required && scene.repeated && scene.names.empty());
-    EXPECT_EQ(scene.endings, (std::vector<std::string>{".gltf", ".glb", ".npz", ".safetensors",
-                                                       ".ply", ".stl", ".obj", ".3mf"}));
+    EXPECT_EQ(scene.endings,
+              (std::vector<std::string>{".gltf", ".glb", ".npz", ".safetensors", ".ply", ".stl",
+                                        ".obj", ".3mf", ".spz", ".splat"}));
     const auto output = optionOf("render", "--output");
     EXPECT_EQ(output.names, (std::vector<std::string>{"-o", "--output"}));
     EXPECT_TRUE(output.is_file && output.required && !output.repeated);

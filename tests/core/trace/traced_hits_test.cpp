@@ -138,7 +138,7 @@ TEST(TracedPictures, BandsAndTheMemoryForHitsChangeNothing) {
     settings.memory = MemoryBudget(residentBytes() + (150U << 20));
     const TracedHits again = trace(tight.all, view, settings);
     EXPECT_TRUE(isEqual(again.image, whole.image));
-    settings.memory = MemoryBudget(residentBytes() + (1U << 10));
+    settings.memory = MemoryBudget(1U << 20);
     EXPECT_THROW(tracedAnew(scene, view, settings), Error);
 
     const Window crop{300, 411, 433, 587};
