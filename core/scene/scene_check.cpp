@@ -37,11 +37,24 @@ void checkLength(std::size_t length, std::size_t vertices, const char* of,
            where);
 }
 
+void checkSplats(const Primitive& primitive, const std::string& where) {
+    const Splats& splats = *primitive.splats;
+    if (primitive.topology != Topology::kPoints || !primitive.indices.empty())
+        refuse("splats are points without indices", where);
+    if (splats.degree < 0 || splats.degree > 3) refuse("the degree is outside 0 to 3", where);
+    const std::size_t count = primitive.positions.size();
+    if (splats.size() != count || splats.scales.size() != count ||
+        splats.rotations.size() != count ||
+        splats.harmonics.size() != count * splats.coefficients())
+        refuse("every splat needs a scale, a rotation, an opacity and harmonics", where);
+}
+
 void checkPrimitive(const Scene& scene, const Primitive& primitive, const std::string& where) {
     const std::size_t vertices = primitive.positions.size();
     checkIndex(primitive.material, scene.materials.size(), false, "material", where);
     for (const int material : primitive.variants)
         checkIndex(material, scene.materials.size(), true, "material", where);
+    if (primitive.splats) checkSplats(primitive, where);
     checkLength(primitive.normals.size(), vertices, "normals", where);
     checkLength(primitive.tangents.size(), vertices, "tangents", where);
     checkLength(primitive.colors.size(), vertices, "colors", where);

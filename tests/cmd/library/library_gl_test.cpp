@@ -144,6 +144,24 @@ TEST(Library, RefusesScenesThatAreNone) {
     EXPECT_TRUE(refused([](Scene& s) { s.scenes.clear(); }));
     EXPECT_TRUE(refused([](Scene& s) { s.scenes[0].roots = {2}; }));
     EXPECT_TRUE(refused([](Scene& s) { s.materials.clear(); }));
+    const auto splats = [](std::size_t count, int degree) {
+        return [=](Scene& s) {
+            Primitive& primitive = s.meshes[0].primitives[0];
+            auto of_points = std::make_shared<Splats>();
+            of_points->degree = degree;
+            of_points->scales.resize(count);
+            of_points->rotations.resize(count);
+            of_points->opacities.resize(count);
+            of_points->harmonics.resize(count * of_points->coefficients());
+            primitive.splats = of_points;
+            primitive.topology = Topology::kPoints;
+            primitive.indices.clear();
+        };
+    };
+    const std::size_t points = twoSquares()->meshes[0].primitives[0].positions.size();
+    EXPECT_FALSE(refused(splats(points, 3)));
+    EXPECT_TRUE(refused(splats(points - 1, 0)));
+    EXPECT_TRUE(refused(splats(points, 4)));
     EXPECT_TRUE(refused([](Scene& s) { s.nodes[0].mesh = 1; }));
     EXPECT_TRUE(refused([](Scene& s) { s.nodes[0].skin = 0; }));
     EXPECT_TRUE(refused([](Scene& s) { s.nodes[0].children = {0}; }));
