@@ -141,7 +141,8 @@ std::uint64_t SplatLayers::bytes() const {
                      (2 + kTilesOfSplat) * sizeof(std::uint32_t));
 }
 
-SplatLayers::Tiles SplatLayers::tilesOf(const Window& band) const {
+SplatLayers::Tiles SplatLayers::tilesOf(const Window& band) {
+    if (!std::exchange(projected_, true)) picture_ = projectSplats(posed_, view_, settings_);
     Tiles tiles;
     tiles.band = band;
     tiles.x0 = band.x0 / kTile * kTile;
@@ -224,8 +225,11 @@ void SplatLayers::forEachFragment(const Tiles& tiles, std::size_t tile, Visit&& 
 }
 
 void SplatLayers::addCounts(const Window& band, std::span<std::uint32_t> counts) {
-    if (!std::exchange(projected_, true)) picture_ = projectSplats(posed_, view_, settings_);
-    const Tiles tiles = tilesOf(band);
+    addCounts(tilesOf(band), counts);
+}
+
+void SplatLayers::addCounts(const Tiles& tiles, std::span<std::uint32_t> counts) const {
+    const Window& band = tiles.band;
     const auto width = static_cast<std::size_t>(band.width());
     parallelFor(tiles.size(), [&](std::size_t tile) {
         forEachFragment(
@@ -239,8 +243,9 @@ void SplatLayers::addCounts(const Window& band, std::span<std::uint32_t> counts)
 }
 
 void SplatLayers::capture(const Window& band, LayeredImage& out) {
+    const Tiles tiles = tilesOf(band);
     std::vector<std::uint32_t> next(band.pixels());
-    addCounts(band, next);
+    addCounts(tiles, next);
     out.window = band;
     resizeAnew(out.offsets, band.pixels() + 1);
     out.offsets[0] = 0;
@@ -258,7 +263,6 @@ void SplatLayers::capture(const Window& band, LayeredImage& out) {
     resizeAnew(out.extra.front().data, fragments * sizeof(std::uint32_t));
     const std::span<std::uint32_t> keys = out.extra.front().as<std::uint32_t>();
 
-    const Tiles tiles = tilesOf(band);
     const bool by_ray = settings_.splat_order == SplatOrder::kRay;
     const bool half = settings_.color_type == PixelType::kHalf;
     const std::size_t components = out.color.components();

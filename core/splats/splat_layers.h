@@ -38,7 +38,8 @@ class SplatLayers {
   private:
     struct Tiles;
 
-    Tiles tilesOf(const Window& band) const;
+    Tiles tilesOf(const Window& band);
+    void addCounts(const Tiles& tiles, std::span<std::uint32_t> counts) const;
     template <class Visit>
     void forEachFragment(const Tiles& tiles, std::size_t tile, Visit&& visit) const;
 

@@ -46,6 +46,13 @@ Scene panesAmongSplats(bool opaque) {
     return builder.scene();
 }
 
+void expectAlike(const CompositeImage& a, const CompositeImage& b, double tolerance) {
+    ASSERT_EQ(a.rgba.size(), b.rgba.size());
+    for (std::size_t p = 0; p < a.rgba.size(); ++p)
+        for (std::size_t c = 0; c < 4; ++c)
+            ASSERT_NEAR(a.rgba[p][c], b.rgba[p][c], tolerance);
+}
+
 LayeredImage splatsAlone(const Scene& scene, const View& view, const CaptureSettings& settings) {
     SplatLayers layers{PosedScene(scene, 0)};
     layers.begin(view, settings);
@@ -92,9 +99,7 @@ TEST(SplatsAmongSurfaces, AreHiddenByOpaqueOnes) {
     const CompositeImage composite = flat(capture(scene, view, settings).image);
     settings.composite = false;
     const CompositeImage layers = flat(capture(scene, view, settings).image);
-    for (std::size_t p = 0; p < composite.rgba.size(); ++p)
-        for (std::size_t c = 0; c < 4; ++c)
-            ASSERT_NEAR(composite.rgba[p][c], layers.rgba[p][c], 1e-6);
+    expectAlike(composite, layers, 1e-6);
 }
 
 TEST(SplatsAmongSurfaces, AreTheSameForEveryMethodAndBand) {
@@ -126,9 +131,7 @@ TEST(SplatsAmongSurfaces, SamplesOfASplatMergeWithItsOwn) {
     const CompositeImage layers = flat(capture(scene, view, settings).image);
     settings.composite = true;
     const CompositeImage composite = flat(capture(scene, view, settings).image);
-    for (std::size_t p = 0; p < composite.rgba.size(); ++p)
-        for (std::size_t c = 0; c < 4; ++c)
-            ASSERT_NEAR(composite.rgba[p][c], layers.rgba[p][c], 1e-4);
+    expectAlike(composite, layers, 1e-4);
 }
 
 }  // namespace
