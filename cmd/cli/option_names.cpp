@@ -68,6 +68,7 @@ constexpr OptionName kOptionNames[] = {
     {Parameter::kSize, "--size"},
     {Parameter::kSmoothNormals, "--smooth-normals"},
     {Parameter::kSpacing, "--spacing"},
+    {Parameter::kSplatBlending, "--splat-blending"},
     {Parameter::kStrict, "--strict"},
     {Parameter::kTail, "--tail"},
     {Parameter::kTarget, "--target"},

@@ -43,12 +43,15 @@ struct MeterSink : Sink {
     CompositeImage composite_;
 };
 
-bool hasPoints(const Scene& scene) {
-    return std::ranges::any_of(scene.meshes, [](const Mesh& mesh) {
-        return std::ranges::any_of(mesh.primitives, [](const Primitive& primitive) {
-            return primitive.topology == Topology::kPoints;
-        });
-    });
+bool hasPrimitive(const Scene& scene, bool (*is)(const Primitive&)) {
+    return std::ranges::any_of(
+        scene.meshes, [&](const Mesh& mesh) { return std::ranges::any_of(mesh.primitives, is); });
+}
+bool isPoints(const Primitive& primitive) {
+    return primitive.topology == Topology::kPoints && !primitive.splats;
+}
+bool isSplats(const Primitive& primitive) {
+    return primitive.splats != nullptr;
 }
 
 /// Returns the view without its crop, scaled down to at most 256 pixels per side.
@@ -301,8 +304,12 @@ std::string CaptureJob::settingsText(const CaptureSettings& capture, nlohmann::j
     more.update(readingSettings(options_.scene.reading, scene_->assumed()));
     if (const auto& ignored = options_.scene.reading.ignored_extensions; !ignored.empty())
         more["ignoredExtensions"] = ignored;
-    if (capture.point_size != 1 && hasPoints(scene_->scene()))
+    if (capture.point_size != 1 && hasPrimitive(scene_->scene(), isPoints))
         more["pointSize"] = capture.point_size;
+    if (capture.hit_mode == HitMode::kNone && hasPrimitive(scene_->scene(), isSplats)) {
+        more["splatOrder"] = nameOf<SplatOrder>(kSplatOrders, capture.splat_order);
+        more["splatBlending"] = nameOf<SplatBlending>(kSplatBlendings, capture.splat_blending);
+    }
     if (const auto& normalize = options_.scene.normalize)
         more["normalize"] = nameOf<Normalized>(kNormalized, *normalize);
     if (engine_ == RayEngine::kCpu) more["engine"] = nameOf<RayEngine>(kEngines, RayEngine::kCpu);

@@ -99,11 +99,21 @@ void addRenderOptions(VerbOptions& verb, RenderOptions& options) {
     options.views.lenses = true;
     addFirstViewOption(verb, options.views);
     addLayerOptions(verb, options.capture);
+    addValue(
+        verb, "--splat-blending", "NAME", options.splat_blending,
+        [](const std::string& text) {
+            return choose<SplatBlending>("blending", kSplatBlendings, text);
+        },
+        "values in which Gaussian splats blend (default: display in .png, .jpg and .tif of splats "
+        "alone whose colours are stored as sRGB, else linear):")
+        .oneOf(describeChoices(kSplatBlendings))
+        .group("Layers");
     verb.option("--samples")
         .description(
             "antialiasing samples per pixel; a layer's coverage goes into its alpha (default: " +
             std::to_string(kDisplaySamples) +
-            " in .png, .jpg and .tif without --fxaa, else 1, the pixel's centre)");
+            " in .png, .jpg and .tif without --fxaa and not of Gaussian splats alone, else 1, the "
+            "pixel's centre)");
     addChannelOptions(verb, options.channels);
     addClipOptions(verb, options.clip);
     addLightOptions(verb, options.capture, options.shadow_size);

@@ -13,6 +13,7 @@
 #include "cmd/options/output_checks.h"
 #include "cmd/render/render_options.h"
 #include "core/image/merge.h"
+#include "core/splats/projected_splats.h"
 #include "formats/cameras/calibration.h"
 #include "formats/exr/exr_integrity.h"
 #include "formats/exr/exr_layout.h"
@@ -107,8 +108,27 @@ void RenderRequest::openScene() {
     scene_ = &job_.openScene();
     job_.checkOutputs(outputs());
     views_.place(*scene_);
-    meters_exposure_ = options_.output.leavesExposureOpen() &&
+    chooseForSplats();
+    meters_exposure_ = options_.output.leavesExposureOpen() && !shows_splats_ &&
                        capture_.shading != Shading::kUnlit && !scene_->at(0).lights().empty();
+}
+
+/// Chooses how splats blend. Display pictures of splats alone look as in other viewers by default:
+/// one sample per pixel, blended as stored, without a tone map. Throws Error (kUsage) if the output
+/// blends its background otherwise.
+void RenderRequest::chooseForSplats() {
+    const PosedScene posed = scene_->at(0);
+    const OutputRequest& output = options_.output;
+    const bool for_eyes =
+        capture_.composite && findOutputFormat(output.path.string(), output.options.as).for_display;
+    shows_splats_ = for_eyes && hasOnlySplats(posed);
+    if (shows_splats_ && !options_.samples_given) capture_.samples = 1;
+    if (shows_splats_ && !hasLinearSplats(posed)) capture_.splat_blending = SplatBlending::kDisplay;
+    if (options_.splat_blending) capture_.splat_blending = *options_.splat_blending;
+    if (capture_.splat_blending == SplatBlending::kDisplay && !for_eyes &&
+        output.isGiven("--background"))
+        throw Error(ErrorKind::kUsage, "this format blends the background in linear light",
+                    "--splat-blending display", "leave --background out, or write a .png");
 }
 
 /// Chooses the pictures to make, from the options and the camera file, without the scene.
@@ -273,6 +293,8 @@ Provenance RenderRequest::provenanceOf(std::size_t index, const PictureRequest& 
 OutputOptions RenderRequest::writerOptions(const PictureRequest& picture) const {
     OutputOptions output = picture.output.from(picture.provenance);
     output.automatic_exposure = meters_exposure_;
+    output.blends_encoded = picture.capture.splat_blending == SplatBlending::kDisplay;
+    if (shows_splats_ && !options_.output.isGiven("--tone-map")) output.tone_map = "none";
     return output;
 }
 
@@ -283,7 +305,8 @@ std::string RenderRequest::lightText(const PosedScene& posed, bool with_options)
     if (!posed.lights().empty())
         text += text.empty() ? "the scene's lights" : ", the scene's lights";
     if (text.empty()) text = "key light";
-    if (capture_.shading == Shading::kUnlit) text = "unlit";
+    if (capture_.shading == Shading::kUnlit || shows_splats_) text = "unlit";
+    if (capture_.splat_blending == SplatBlending::kDisplay) text += ", blended in sRGB";
     text +=
         ", " + std::to_string(capture_.samples) + (capture_.samples == 1 ? " sample" : " samples");
     if (!with_options) return text;

@@ -95,6 +95,7 @@ class RenderRequest {
 
   private:
     void choosePictures();
+    void chooseForSplats();
     void checkFiles() const;
     std::vector<std::filesystem::path> outputs() const;
     bool exists(const PictureRequest& picture) const;
@@ -112,6 +113,7 @@ class RenderRequest {
     CaptureJob& job_;
     const OpenedScene* scene_ = nullptr;  ///< owned by job_
     bool meters_exposure_ = false;
+    bool shows_splats_ = false;  ///< whether this is a display picture of splats alone
 };
 
 }  // namespace peeler::cmd

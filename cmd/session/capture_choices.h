@@ -38,6 +38,11 @@ inline constexpr Choice<SplatOrder> kSplatOrders[] = {
      "by camera Z of the largest response along the pixel's ray, so that splats and surfaces cross "
      "where they cross"},
 };
+inline constexpr Choice<SplatBlending> kSplatBlendings[] = {
+    {"linear", SplatBlending::kLinear, "linear light, as surfaces and compositors blend"},
+    {"display", SplatBlending::kDisplay,
+     "sRGB values, as other viewers of splats blend; only composites of splats alone"},
+};
 inline constexpr Choice<PixelType> kPrecisions[] = {
     {"half", PixelType::kHalf, "16-bit colour"},
     {"float", PixelType::kFloat, "32-bit colour"},

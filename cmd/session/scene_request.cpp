@@ -187,7 +187,9 @@ Normalizing normalizeScene(Scene& scene, int scene_index, Normalized to) {
 
 void addStudio(Scene& scene, int scene_index, const AppearanceOptions& appearance) {
     if (!appearance.studio || appearance.environment) return;
-    if (!PosedScene(scene, scene_index).lights().empty()) return;
+    const PosedScene posed(scene, scene_index);
+    if (!posed.lights().empty() || posed.drawList().draws().empty())
+        return;  // splats take no light
     scene.environment = namedStudio();
 }
 

@@ -92,7 +92,7 @@ void checkAppearanceOptions(const AppearanceOptions& appearance);
 Normalizing normalizeScene(Scene& scene, int scene_index, Normalized to);
 
 /// Lights the scene with the studio if AppearanceOptions::studio is set, no environment is given,
-/// and the scene with this index has no light.
+/// and the scene with this index has surfaces but no light.
 void addStudio(Scene& scene, int scene_index, const AppearanceOptions& appearance);
 
 /// Returns the index of the requested variant, or nothing if no variant is requested. Throws Error

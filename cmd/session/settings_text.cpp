@@ -49,8 +49,6 @@ std::string settingsText(const ShownScene& shown, const CaptureSettings& capture
     if (capture.clip.active()) settings["clip"] = clipJson(capture.clip);
     if (capture.opaque_only) settings["opaqueOnly"] = true;
     if (capture.tinted) settings["transmission"] = "color";
-    if (capture.splat_order != SplatOrder::kCenter)
-        settings["splatOrder"] = nameOf<SplatOrder>(kSplatOrders, capture.splat_order);
     if (capture.splat_dilation) settings["splatDilation"] = *capture.splat_dilation;
     if (const MethodInfo* method = findPeelMethod(capture.method); method && !method->exact())
         settings["method"] = capture.method;

@@ -63,6 +63,7 @@ constexpr auto kParameterNames = std::to_array<std::string_view>({
     "size",
     "smooth_normals",
     "spacing",
+    "splat_blending",
     "strict",
     "tail",
     "target",

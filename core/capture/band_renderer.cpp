@@ -136,7 +136,9 @@ void BandRenderer::render(const Window& band, const BandLimits& limits, const Ta
     CompositeImage sample;
     for (std::size_t i = 0; i < samples; ++i) {
         if (samples > 1) showSample(i);
-        compositeView(band, samples > 1 ? sample : composite_);
+        CompositeImage& view = samples > 1 ? sample : composite_;
+        compositeView(band, view);
+        if (plan_->settings.splat_blending == SplatBlending::kDisplay) decodeColors(view);
         if (samples > 1) addToMean(sample, plan_->settings.samples, composite_);
     }
     {

@@ -13,6 +13,7 @@
 #include "core/base/stage_times.h"
 #include "core/fragments/supersampling.h"
 #include "core/image/channels.h"
+#include "core/splats/projected_splats.h"
 
 namespace peeler {
 namespace {
@@ -99,6 +100,17 @@ void checkSplats(const View& view, const CaptureSettings& settings) {
     if (settings.clip.active())
         throw Error(ErrorKind::kUsage, "Gaussian splats cannot be clipped", where,
                     "leave the clip volume out");
+}
+
+void checkSplatBlending(const PosedScene& posed, const CaptureSettings& settings) {
+    if (settings.splat_blending != SplatBlending::kDisplay) return;
+    const Text display = Parameter::kSplatBlending + " display";
+    if (!settings.composite)
+        throw Error(ErrorKind::kUsage, "layers blend in linear light", display,
+                    "leave it out, or render a composite without channels");
+    if (!hasOnlySplats(posed))
+        throw Error(ErrorKind::kUsage, "surfaces blend in linear light", display,
+                    "leave it out, or show splats alone: " + Parameter::kInclude);
 }
 
 bool skipsHidden(const CaptureSettings& settings) {

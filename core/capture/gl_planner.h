@@ -24,6 +24,10 @@ void checkRays(const View& view, const CaptureSettings& settings);
 /// approximate method, a lens, a clip volume.
 void checkSplats(const View& view, const CaptureSettings& settings);
 
+/// Throws Error (kUsage) if SplatBlending::kDisplay is set for layers, or for a scene that does not
+/// consist of splats alone.
+void checkSplatBlending(const PosedScene& posed, const CaptureSettings& settings);
+
 /// Whether a capture may skip fragments behind opaque surfaces because its composite is exact and
 /// has all layers. Opaque fragments have alpha 1, so hidden fragments cannot change such a
 /// composite.

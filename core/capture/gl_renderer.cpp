@@ -115,6 +115,7 @@ CapturePlan GlRenderer::plan(const View& view, const CaptureSettings& settings,
     checkSettings(settings);
     if (view.rays) checkRays(view, settings);
     if (s.bands.capture().hasSplats()) checkSplats(view, settings);
+    checkSplatBlending(s.posed, settings);
     if (const auto before = s.latest.lock()) before->freeKept();
     s.shown = std::make_shared<GlPlan>();
     s.latest = s.shown;

@@ -14,6 +14,7 @@
 #include <limits>
 #include <utility>
 
+#include "core/base/color.h"
 #include "core/base/parallel.h"
 
 namespace peeler::inline v0 {
@@ -231,6 +232,18 @@ void storeColor(const TintedColor& color, FragmentArray& colors, std::size_t fra
             colors.as<std::uint16_t>()[components * fragment + c] = imath_float_to_half(color[c]);
         }
     }
+}
+
+void decodeColors(CompositeImage& picture) {
+    const auto width = static_cast<std::size_t>(picture.window.width());
+    parallelFor(static_cast<std::size_t>(picture.window.height()), [&](std::size_t row) {
+        for (std::array<float, 4>& color : std::span(picture.rgba).subspan(row * width, width)) {
+            const float alpha = color[3];
+            if (!(alpha > 0)) continue;
+            for (std::size_t c = 0; c < 3; ++c)
+                color[c] = alpha * linearFromSrgb(color[c] / alpha);
+        }
+    });
 }
 
 void compositeNearest(const LayeredImage& image, std::uint32_t layers, Tail tail,

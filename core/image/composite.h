@@ -43,6 +43,10 @@ void compositeWeightedAverage(const LayeredImage& image, const std::array<float,
 void compositeWeightedSum(const LayeredImage& image, const std::array<float, 4>& background,
                           CompositeImage& out);
 
+/// Converts the colours of a picture that was blended in sRGB-encoded values to linear light: the
+/// straight colour is decoded, so that a picture over nothing looks the same.
+void decodeColors(CompositeImage& picture);
+
 /// Appends to `out` the extra channels of the first fragment of each pixel. Empty pixels get 0.
 void appendNearestChannels(const LayeredImage& image, CompositeImage& out);
 

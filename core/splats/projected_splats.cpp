@@ -131,9 +131,11 @@ class SplatProjector {
         const glm::dvec3 toward =
             perspective_ ? unitOrZero(mean - piece.eye) : unitOrZero(piece.forward);
         glm::dvec3 color = colorToward(*piece.splats, i, toward);
-        if (!piece.splats->linear)
-            for (int c = 0; c < 3; ++c)
-                color[c] = linearFromSrgb(color[c]);
+        const bool encoded = settings_.splat_blending == SplatBlending::kDisplay;
+        for (int c = 0; c < 3; ++c) {
+            if (encoded && piece.splats->linear) color[c] = srgbFromLinear(color[c]);
+            if (!encoded && !piece.splats->linear) color[c] = linearFromSrgb(color[c]);
+        }
         color = glm::min(color, 65504.0);
         out.red = static_cast<float>(color.r);
         out.green = static_cast<float>(color.g);
@@ -214,11 +216,29 @@ std::vector<std::uint32_t> orderOf(const std::vector<ProjectedSplat>& splats) {
 
 }  // namespace
 
-bool hasSplats(const PosedScene& posed) {
+namespace {
+
+template <class Is>
+bool hasSplats(const PosedScene& posed, Is&& is) {
     return std::ranges::any_of(posed.meshes(), [&](const MeshInstance& instance) {
-        return std::ranges::any_of(posed.primitives(instance),
-                                   [](const Primitive& p) { return p.splats != nullptr; });
+        return std::ranges::any_of(posed.primitives(instance), [&](const Primitive& primitive) {
+            return primitive.splats && is(*primitive.splats);
+        });
     });
+}
+
+}  // namespace
+
+bool hasSplats(const PosedScene& posed) {
+    return hasSplats(posed, [](const Splats&) { return true; });
+}
+
+bool hasOnlySplats(const PosedScene& posed) {
+    return posed.drawList().draws().empty() && hasSplats(posed);
+}
+
+bool hasLinearSplats(const PosedScene& posed) {
+    return hasSplats(posed, [](const Splats& splats) { return splats.linear; });
 }
 
 SplatPicture projectSplats(const PosedScene& posed, const View& view,

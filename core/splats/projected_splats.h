@@ -22,7 +22,7 @@ struct ProjectedSplat {
     float least = 0;
     float opacity = 0;
     float z = 0;                         ///< camera Z of the mean
-    float red = 0, green = 0, blue = 0;  ///< linear, or as stored (SplatBlending)
+    float red = 0, green = 0, blue = 0;  ///< linear, or sRGB-encoded (SplatBlending::kDisplay)
     std::uint32_t key = 0;
 };
 
@@ -41,6 +41,10 @@ struct SplatPicture {
 
 /// Whether the scene has splats.
 bool hasSplats(const PosedScene& posed);
+/// Whether the scene shows splats and nothing else.
+bool hasOnlySplats(const PosedScene& posed);
+/// Whether colours of splats are linear in the file.
+bool hasLinearSplats(const PosedScene& posed);
 
 /// Projects the splats of a scene (Zwicker et al., "EWA Splatting", 2002) in front of the near
 /// plane. Directions are limited as in the first paper's code, to 1.3 times the field of view.

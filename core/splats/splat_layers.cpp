@@ -122,6 +122,7 @@ void SplatLayers::begin(const View& view, const CaptureSettings& settings) {
                       view.projection.near == view_.projection.near &&
                       view.projection.far == view_.projection.far &&
                       settings.splat_order == settings_.splat_order &&
+                      settings.splat_blending == settings_.splat_blending &&
                       settings.splat_dilation == settings_.splat_dilation;
     view_ = view;
     settings_ = settings;

@@ -11,7 +11,9 @@ from typing import Any, Dict, List, Optional, Sequence, Tuple
 from .vec import IDENTITY, Vec2, Vec3, Vec4, Y, look_at, srgb
 
 ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER = 34962, 34963
-UNSIGNED_BYTE, UNSIGNED_SHORT, UNSIGNED_INT, FLOAT = 5121, 5123, 5125, 5126
+UNSIGNED_BYTE, SHORT, UNSIGNED_SHORT, UNSIGNED_INT, FLOAT = 5121, 5122, 5123, 5125, 5126
+POINTS = 0
+SPLATS = "KHR_gaussian_splatting"
 LINEAR, LINEAR_MIPMAP_LINEAR, CLAMP, REPEAT = 9729, 9987, 33071, 10497
 
 
@@ -33,6 +35,17 @@ class Geometry:
         self.colors += other.colors
         self.indices += [base + i for i in other.indices]
         return self
+
+
+@dataclass
+class Splats:
+    """Gaussian splats in metres, with unit quaternions and sRGB colours from 0 to 1."""
+
+    means: List[Vec3] = field(default_factory=list)
+    scales: List[Vec3] = field(default_factory=list)
+    turns: List[Vec4] = field(default_factory=list)
+    opacities: List[float] = field(default_factory=list)
+    colors: List[Vec3] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -153,6 +166,44 @@ class Glb:
             data,
         )
         return Stored(tuple(attributes), indices)
+
+    def splats(self, name: str, splats: Splats) -> int:
+        """Adds a mesh of Gaussian splats (KHR_gaussian_splatting) of one colour each."""
+        self.extend(SPLATS)
+        count = len(splats.means)
+
+        def floats(values: Sequence[Vec3], **extra: Any) -> int:
+            data = array("f", [v for value in values for v in value])
+            return self.accessor(ARRAY_BUFFER, 12, FLOAT, "VEC3", count, little(data), **extra)
+
+        # Bounds are those of the stored numbers.
+        stored = array("f", [v for mean in splats.means for v in mean])
+        single = list(zip(stored[0::3], stored[1::3], stored[2::3]))
+        # The base function of degree 0 is sqrt(1 / (4 pi)).
+        base = 0.28209479177387814
+        turns = array("h", [round(v * 32767) for turn in splats.turns for v in turn])
+        # Opacities lie 4 bytes apart.
+        opacities = b"".join(bytes((round(v * 255), 0, 0, 0)) for v in splats.opacities)
+        attributes = {
+            "POSITION": floats(
+                splats.means,
+                min=[min(mean[k] for mean in single) for k in range(3)],
+                max=[max(mean[k] for mean in single) for k in range(3)],
+            ),
+            f"{SPLATS}:ROTATION": self.accessor(
+                ARRAY_BUFFER, 8, SHORT, "VEC4", count, little(turns), normalized=True
+            ),
+            f"{SPLATS}:SCALE": floats(splats.scales),
+            f"{SPLATS}:OPACITY": self.accessor(
+                ARRAY_BUFFER, 4, UNSIGNED_BYTE, "SCALAR", count, opacities, normalized=True
+            ),
+            f"{SPLATS}:SH_DEGREE_0_COEF_0": floats(
+                [tuple((v - 0.5) / base for v in color) for color in splats.colors]
+            ),
+        }
+        extension = {"kernel": "ellipse", "colorSpace": "srgb_rec709_display"}
+        primitive = {"attributes": attributes, "mode": POINTS, "extensions": {SPLATS: extension}}
+        return self.push("meshes", {"name": name, "primitives": [primitive]})
 
     def texture(self, name: str, png: bytes, wrap: int = REPEAT) -> int:
         self._images.append(png)
@@ -336,17 +387,21 @@ class Glb:
 
     def summary(self) -> Dict[str, int]:
         """Returns the counts of everything that the scene draws, including all instances."""
-        triangles = 0
+        triangles = splats = 0
         for node in self.json["nodes"]:
             if "mesh" in node:
                 for part in self.json["meshes"][node["mesh"]]["primitives"]:
-                    accessor = self.json["accessors"][part["indices"]]
-                    triangles += accessor["count"] // 3 * self._instances(node)
+                    is_mesh = "indices" in part
+                    index = part["indices"] if is_mesh else part["attributes"]["POSITION"]
+                    elements = self.json["accessors"][index]["count"] * self._instances(node)
+                    triangles += elements // 3 if is_mesh else 0
+                    splats += 0 if is_mesh else elements
         return {
             "nodes": len(self.json["nodes"]),
             "meshes": len(self.json["meshes"]),
             "materials": len(self.json["materials"]),
             "triangles": triangles,
+            **({"splats": splats} if splats else {}),
         }
 
 

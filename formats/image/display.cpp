@@ -102,8 +102,10 @@ std::array<std::uint8_t, 4> displayColor(const std::array<float, 4>& color) {
             byte(encodeSrgb(color[2] * scale)), byte(alpha > 0 ? alpha : 0)};
 }
 
-Display::Display(float exposure, const std::string& tone_map)
-    : gain_(std::exp2(exposure)), tone_map_(&findToneMap(tone_map)) {}
+Display::Display(float exposure, const std::string& tone_map, bool blends_encoded)
+    : gain_(std::exp2(exposure)),
+      blends_encoded_(blends_encoded),
+      tone_map_(&findToneMap(tone_map)) {}
 
 Display::Shown Display::show(const std::array<float, 4>& color) const {
     const Rgb light{color[0] * gain_, color[1] * gain_, color[2] * gain_};
@@ -121,7 +123,24 @@ Display::Shown Display::show(const std::array<float, 4>& color) const {
 
 std::array<float, 4> Display::shownOver(const std::array<float, 4>& color,
                                         const std::array<float, 4>& background) const {
+    if (blends_encoded_) return encodedOver(color, background);
     return shownOver(color, {color[3], color[3], color[3]}, background);
+}
+
+/// Blends sRGB-encoded values. The straight colour of the result is then decoded.
+std::array<float, 4> Display::encodedOver(const std::array<float, 4>& color,
+                                          const std::array<float, 4>& background) const {
+    const Shown s = show(color);
+    const float rest = 1 - std::clamp(color[3], 0.0F, 1.0F);
+    std::array<float, 4> out{0, 0, 0, 1 - rest + rest * background[3]};
+    if (!(out[3] > 0)) return out;
+    for (std::size_t c = 0; c < 3; ++c) {
+        float sum = s.area * encodeSrgb(s.color[c]);
+        if (background[3] > 0)
+            sum += rest * background[3] * encodeSrgb(background[c] / background[3]);
+        out[c] = out[3] * linearFromSrgb(std::min(sum / out[3], 1.0F));
+    }
+    return out;
 }
 
 std::array<float, 4> Display::shownOver(const std::array<float, 4>& color,

@@ -46,8 +46,9 @@ struct StraightPixel {
 /// The display transform for scene-referred light: exposure, then tone map.
 class Display {
   public:
-    /// `exposure` is in stops. Throws the errors of findToneMap().
-    Display(float exposure, const std::string& tone_map);
+    /// `exposure` is in stops. `blends_encoded`: whether shownOver() blends sRGB-encoded values,
+    /// not linear ones. Throws the errors of findToneMap().
+    Display(float exposure, const std::string& tone_map, bool blends_encoded = false);
 
     /// Returns the display colour for a premultiplied linear colour: premultiplied linear display
     /// values, 0–1, with the same alpha.
@@ -89,8 +90,11 @@ class Display {
         float area;
     };
     Shown show(const std::array<float, 4>& color) const;
+    std::array<float, 4> encodedOver(const std::array<float, 4>& color,
+                                     const std::array<float, 4>& background) const;
 
     float gain_;
+    bool blends_encoded_;
     const ToneMap* tone_map_;
 };
 

@@ -161,7 +161,9 @@ std::uint64_t ImageWriter::Output::writeRows(const CompositeImage& composite,
     };
     const auto shownPixel = [&](std::size_t in) -> StraightPixel {
         if (!keeps_alpha) {
-            const Rgba over = display.shownOver(composite, in, background);
+            Rgba opaque = background;
+            opaque[3] = 1;
+            const Rgba over = display.shownOver(composite, in, opaque);
             return {{over[0], over[1], over[2]}};
         }
         if (has_background) return straightPixel(display.shownOver(composite, in, background));
@@ -276,7 +278,7 @@ ImageWriter::ImageWriter(std::string path, OutputOptions options, PictureAlpha a
       options_(std::move(options)),
       alpha_(alpha),
       format_(findImageFormat(path_)),
-      display_(options_.exposure, options_.tone_map) {
+      display_(options_.exposure, options_.tone_map, options_.blends_encoded) {
     if (alpha == PictureAlpha::kAnyFragment) options_.background = {0, 0, 0, 1};
     if (format_ == nullptr) throw Error(ErrorKind::kInternal, "no picture has this name", path_);
 }
@@ -363,7 +365,7 @@ AtomicFile& ImageWriter::close() {
         const StageTimer timer(times_, "encode");
         ExposureMeter meter;
         meter.add(kept_);
-        display_ = Display(meter.stopsIfNeeded(), options_.tone_map);
+        display_ = Display(meter.stopsIfNeeded(), options_.tone_map, options_.blends_encoded);
         if (options_.outcome) options_.outcome->exposure = meter.stopsIfNeeded();
         encode(kept_);
         kept_ = {};

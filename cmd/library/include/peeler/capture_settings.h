@@ -52,6 +52,14 @@ enum class SplatOrder : std::uint8_t {
     kRay      ///< camera Z of the largest response along the pixel's ray
 };
 
+/// The colour values in which Gaussian splats are blended.
+enum class SplatBlending : std::uint8_t {
+    kLinear,  ///< linear light, as surfaces are
+    /// sRGB-encoded values, as most viewers do. Only for composites of splats alone, which become
+    /// linear after blending.
+    kDisplay
+};
+
 /// Returns the number of colour components stored during a capture (shaders/packed_color.glsl).
 /// With coloured opacity, the eighth component is padding.
 inline constexpr std::size_t storedComponents(bool tinted) {
@@ -79,6 +87,7 @@ struct CaptureSettings {
     /// is a single alpha.
     bool tinted = false;
     SplatOrder splat_order = SplatOrder::kCenter;
+    SplatBlending splat_blending = SplatBlending::kLinear;
     /// Variance added to projected splats, square pixels; nothing for Splats::dilation.
     std::optional<double> splat_dilation{};
     HitMode hit_mode = HitMode::kNone;

@@ -48,6 +48,8 @@ struct OutputOptions {
     /// Premultiplied linear RGBA for a composite or a page. For PNG, JPEG and TIFF, a display
     /// colour that exposure and tone map do not change.
     std::array<float, 4> background{};
+    /// PNG, JPEG, TIFF: blend the background in sRGB-encoded values (SplatBlending::kDisplay).
+    bool blends_encoded = false;
     float exposure = 0;               ///< PNG, JPEG, TIFF, page: exposure in stops
     bool automatic_exposure = false;  ///< use the ExposureMeter's value in place of `exposure`
     std::string tone_map = "none";    ///< PNG, JPEG, TIFF, page: name of the tone map

@@ -71,6 +71,7 @@ enum class Parameter : std::uint8_t {
     kSize,
     kSmoothNormals,
     kSpacing,
+    kSplatBlending,
     kStrict,
     kTail,
     kTarget,
