@@ -276,9 +276,7 @@ HitSource& Masks::sourceFor(const View& seen, const PosedScene& posed) {
         if (!tracer_ || views_.placesObjects()) tracer_ = &job_.openTracer(posed);
         return *tracer_;
     }
-    if (!job_.renderer()) return job_.openRenderer(posed);
-    job_.renderer()->setPose(posed);
-    return *job_.renderer();
+    return job_.openRenderer(posed);
 }
 
 Plan Masks::capture(std::size_t view, const View& seen, const PosedScene& posed,

@@ -226,11 +226,7 @@ void Render::pose(Picture& picture, std::size_t index) {
 /// Runs the count pass. Creates the writer, but does not start it.
 void Render::prepare(Picture& picture) {
     PictureRequest& asked = picture.asked;
-    if (job_.renderer())
-        job_.renderer()->setPose(*asked.posed);
-    else
-        job_.openRenderer(*asked.posed);
-    GlRenderer& renderer = *job_.renderer();
+    GlRenderer& renderer = job_.openRenderer(*asked.posed);
     if (asked.view.rays && !std::exchange(lens_seen_, true))
         warnOfThin(*asked.posed, options_.scene, "pictures", reporter_);
     // Reported only for the first picture.
@@ -238,8 +234,10 @@ void Render::prepare(Picture& picture) {
                                 request_.views().cutsSceneOff(asked.view, *asked.posed);
     meterExposure(asked);
     if (asked.next) renderer.setNextFrame(std::move(*asked.next));
-    asked.provenance.renderer = job_.device().renderer;
-    picture.result.backend = job_.device().backend;
+    if (const gl::Device* const device = job_.device()) {
+        asked.provenance.renderer = device->renderer;
+        picture.result.backend = device->backend;
+    }
     plan(picture);
     makeWriter(picture);
     forecastMemory(picture);

@@ -79,9 +79,7 @@ void MaskPictures::write(const View& view, const PosedScene& posed, const ClipVo
                          const Provenance& provenance, const std::filesystem::path& path,
                          PictureResult& result) {
     // Masks through lenses need no renderer.
-    if (!job_.renderer()) job_.openRenderer(posed);
-    GlRenderer& renderer = *job_.renderer();
-    if (view.rays) renderer.setPose(posed);
+    GlRenderer& renderer = job_.openRenderer(posed);
     CaptureSettings settings = this->settings(clip);
     settings.tinted = job_.wantsTint(posed);
     OutputOptions output = options_.output.from(provenance);

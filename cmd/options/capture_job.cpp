@@ -168,7 +168,12 @@ PosedScene CaptureJob::pose() {
 }
 
 GlRenderer& CaptureJob::openRenderer(const PosedScene& posed) {
-    if (!session_.hasContext()) {
+    if (renderer_ && &renderer_->posed().scene() == &posed.scene() && renderer_->canShow(posed)) {
+        renderer_->setPose(posed);
+        return *renderer_;
+    }
+    const bool needs_gl = options_.device.choosesDevice() || !hasOnlySplats(posed);
+    if (needs_gl && !session_.hasContext()) {
         const StageTimer timer(times_, "context");
         session_.context(options_.device);
     }
@@ -176,6 +181,8 @@ GlRenderer& CaptureJob::openRenderer(const PosedScene& posed) {
     // peeler check makes of faulty places.
     const bool is_opened = scene_ && &posed.scene() == &scene_->scene();
     renderer_ = &session_.renderer(options_.device, is_opened ? scene_ : nullptr, posed);
+    device_.reset();
+    if (!needs_gl) return *renderer_;
     device_ = session_.context(options_.device).device();
     if (device_->software && !isChosen(options_.device)) {
         reporter_.noteOnce("no GPU can be used, so " + device_->renderer +
@@ -221,11 +228,7 @@ HitSource& CaptureJob::openHits(const PosedScene& posed) {
     warnOfSplats(posed);
     HitSource* pinholes = nullptr;
     if (chooseEngine() == RayEngine::kGl) {
-        if (renderer_)
-            renderer_->setPose(posed);
-        else
-            openRenderer(posed);
-        pinholes = renderer_;
+        pinholes = &openRenderer(posed);
     } else {
         rasterizer_ = std::make_unique<HitRasterizer>(posed);
         pinholes = rasterizer_.get();

@@ -78,9 +78,10 @@ class CaptureJob {
     void checkOutputs(std::vector<std::filesystem::path> outputs) const;
     PosedScene pose();
 
-    /// Opens a context and uploads the scene, unless the session already has them. Throws like
-    /// gl::createContext(). Prints a note, once per session, if rendering is in software and the
-    /// user did not choose software rendering.
+    /// Opens a context and uploads the scene, unless the session already has them; a renderer of
+    /// this scene that is open takes the pose. Opens no context for splats alone, unless the user
+    /// chose a device. Throws like gl::createContext(). Prints a note, once per session, if
+    /// rendering is in software and the user did not choose software rendering.
     GlRenderer& openRenderer(const PosedScene& posed);
     /// Releases the renderer, and closes everything that the session does not keep.
     void releaseRenderer();
@@ -90,8 +91,8 @@ class CaptureJob {
     /// renderer.
     GlRenderer* renderer() { return renderer_; }
     bool hasContext() const { return session_.hasContext(); }
-    /// Returns the device of the last opened GlRenderer.
-    const gl::Device& device() const { return *device_; }
+    /// Returns the device of the last opened GlRenderer; null if it needs none.
+    const gl::Device* device() const { return device_ ? &*device_ : nullptr; }
 
     /// Returns the ray engine of this run, kCpu or kGl. If the user did not choose an engine, the
     /// first call chooses it and reports the choice as a detail.

@@ -179,10 +179,10 @@ SheetContent SceneSheet::make(std::size_t view) {
 
 /// Opens the renderer. The first time, also meters the exposure for all views.
 void SceneSheet::openRenderer() {
-    renderer_ = job_.renderer();
-    if (renderer_) return renderer_->setPose(posed_);
+    const bool was_open = job_.renderer() != nullptr;
     renderer_ = &job_.openRenderer(posed_);
-    if (!request_.cells.meters || posed_.lights().empty() || capture_.shading == Shading::kUnlit)
+    if (was_open || !request_.cells.meters || posed_.lights().empty() ||
+        capture_.shading == Shading::kUnlit)
         return;
     if (!exposure_) exposure_ = job_.meterExposure(capture_, views_.cameras());
     renderer_->setPose(posed_);

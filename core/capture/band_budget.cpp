@@ -21,7 +21,7 @@ MemoryUse sinkUse(const GlPlan& details, const Plan& plan, const Sink& sink) {
 }
 
 BandBudget::BandBudget(const GlPlan& plan, const PlanMethods& methods, const BandCapture& capture,
-                       bool overlaps, std::uint64_t storage_block_bytes)
+                       bool overlaps)
     : plan_(plan), composites_(methods.composite != nullptr) {
     const CaptureSettings& settings = plan.settings;
     const PixelType type = settings.color_type;
@@ -71,7 +71,7 @@ BandBudget::BandBudget(const GlPlan& plan, const PlanMethods& methods, const Ban
         if (settings.composite)
             costs_.use.pixel += 2 * (sizeof(std::uint32_t) + 5 * sizeof(float) + opacity);
     }
-    costs_.storage_block_bytes = storage_block_bytes;
+    costs_.storage_block_bytes = capture.mostBufferBytes();
 }
 
 /// Returns the number of fragments, rounded up, that need as much memory and buffer space as the

@@ -29,7 +29,7 @@ class BandBudget {
   public:
     /// `overlaps`: whether the GPU captures a band while the previous band is sorted and passed on.
     BandBudget(const GlPlan& plan, const PlanMethods& methods, const BandCapture& capture,
-               bool overlaps, std::uint64_t storage_block_bytes);
+               bool overlaps);
 
     BandCosts& costs() { return costs_; }
 

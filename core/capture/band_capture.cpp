@@ -16,39 +16,45 @@
 
 namespace peeler {
 
-BandCapture::BandCapture(gl::Context& context, const PosedScene& posed,
+BandCapture::GlParts::GlParts(gl::Context& gl_context, const PosedScene& posed,
+                              const PassContext& pass_context, StageTimes& times)
+    : context(gl_context),
+      timer(gl_context),
+      scene(timed(times, "upload", [&] { return GpuScene(gl_context, posed); })),
+      rasterizer(gl_context, scene, pass_context),
+      buffers(gl_context.functions()) {}
+
+BandCapture::BandCapture(gl::Context* context, const PosedScene& posed,
                          const PassContext& pass_context, StageTimes& times)
-    : context_(context),
-      pass_context_(pass_context),
-      times_(times),
-      gpu_timer_(context),
-      gpu_scene_(timed(times, "upload", [&] { return GpuScene(context, posed); })),
-      rasterizer_(context, gpu_scene_, pass_context),
-      buffers_(context.functions()) {
+    : pass_context_(pass_context), times_(times), posed_(&posed) {
+    if (context) gl_.emplace(*context, posed, pass_context, times);
     if (peeler::hasSplats(posed)) splats_.emplace(posed);
 }
 
 void BandCapture::begin() {
     clip_band_ = {};
     largest_correction_ = 0;
-    rasterizer_.begin();
+    if (gl_) gl_->rasterizer.begin();
     if (splats_) splats_->splats.begin(pass_context_.view, pass_context_.settings);
 }
 
 void BandCapture::setPose(const PosedScene& posed) {
-    traced_.reset();
+    posed_ = &posed;
     if (splats_) splats_.emplace(posed);
-    gpu_scene_.setPose(posed);
+    if (!gl_) return;
+    gl_->traced.reset();
+    gl_->scene.setPose(posed);
 }
 
 void BandCapture::free() {
-    buffers_.free();
-    list_head_target_.free();
-    opaque_.free();
     opaque_pixels_ = {};
     visible_ = {};
-    rasterizer_.freeBound();
     clip_band_ = {};
+    if (!gl_) return;
+    gl_->buffers.free();
+    gl_->list_head_target.free();
+    gl_->opaque.free();
+    gl_->rasterizer.freeBound();
 }
 
 std::uint64_t BandCapture::fragmentBytes() const {
@@ -61,22 +67,28 @@ std::uint64_t BandCapture::pixelBytes() const {
     return BandBuffers::compositeBytes(pass_context_.settings.tinted);
 }
 
+std::uint64_t BandCapture::mostBufferBytes() const {
+    return gl_ ? static_cast<std::uint64_t>(gl_->context.device().limits.shader_storage_block_size)
+               : std::numeric_limits<std::uint64_t>::max();
+}
+
 std::uint64_t BandCapture::tilePixels() const {
     std::uint64_t largest = 0;
-    for (const Window& tile : rasterizer_.tilesOf(pass_context_.view.crop))
+    if (!gl_) return largest;
+    for (const Window& tile : gl_->rasterizer.tilesOf(pass_context_.view.crop))
         largest = std::max(largest, tile.pixels());
     return largest;
 }
 
 void BandCapture::drawIntoLists(const GeometryPass& pass, const Window& band) {
-    buffers_.bindForLayers();
-    rasterizer_.setBand(band);
+    gl_->buffers.bindForLayers();
+    gl_->rasterizer.setBand(band);
     forEachTile(band, [&](const Window& tile, const Window& area) {
-        rasterizer_.setTile(tile);
+        gl_->rasterizer.setTile(tile);
         const auto framebuffer = gl::makeEmptyFramebuffer(gl(), tile.width(), tile.height());
         GeometryPass into_lists = pass;
         into_lists.framebuffer = framebuffer.name();
-        rasterizer_.draw(into_lists, area);
+        gl_->rasterizer.draw(into_lists, area);
     });
     gl::waitForGpu(gl());
     gl::checkErrors(gl(), "counting fragments");
@@ -85,10 +97,10 @@ void BandCapture::drawIntoLists(const GeometryPass& pass, const Window& band) {
 void BandCapture::countInLists(const GeometryPass& pass, const Window& band,
                                std::vector<std::uint32_t>& counts) {
     const std::size_t pixels = band.pixels(), bytes = pixels * sizeof(std::uint32_t);
-    buffers_.reserveListHeads(pixels);
-    buffers_.listHeads().clearToZero(bytes);
+    gl_->buffers.reserveListHeads(pixels);
+    gl_->buffers.listHeads().clearToZero(bytes);
     drawIntoLists(pass, band);
-    const auto mapping = buffers_.listHeads().read(bytes);
+    const auto mapping = gl_->buffers.listHeads().read(bytes);
     const auto* list_heads = mapping.as<const std::uint32_t>();
     counts.assign(list_heads, list_heads + pixels);
 }
@@ -108,7 +120,7 @@ void BandCapture::prepareClip(const Window& band) {
     const std::size_t pixels = band.pixels();
     first.insert(first.begin(), 0);
     std::partial_sum(first.begin(), first.end(), first.begin());
-    buffers_.reserveClip(first);
+    gl_->buffers.reserveClip(first);
     setListHeads({first.data(), pixels});
     drawIntoLists({.fragment_shader = "clip_boundary.frag",
                    .draws = Draws::kClipMeshes,
@@ -119,8 +131,8 @@ void BandCapture::prepareClip(const Window& band) {
 }
 
 TracedLayers& BandCapture::tracedLayers() {
-    if (!traced_) traced_.emplace(context_, gpu_scene_.posed(), rasterizer_, pass_context_);
-    return *traced_;
+    if (!gl_->traced) gl_->traced.emplace(gl_->context, *posed_, gl_->rasterizer, pass_context_);
+    return *gl_->traced;
 }
 
 void BandCapture::count(const Window& band, std::vector<std::uint32_t>& counts) {
@@ -144,7 +156,7 @@ void BandCapture::count(const Window& band, std::vector<std::uint32_t>& counts) 
 
 std::uint32_t BandCapture::surfaceOf(std::uint32_t key) const {
     constexpr std::uint32_t kSplat = std::uint32_t{1} << 31;
-    const PosedScene& posed = gpu_scene_.posed();
+    const PosedScene& posed = *posed_;
     const DrawList& list = posed.drawList();
     const std::uint32_t index = list.surfaceOf(key);
     if (!splats_) return index;
@@ -156,25 +168,25 @@ std::uint32_t BandCapture::surfaceOf(std::uint32_t key) const {
 
 /// Counts the fragments of surfaces, lines and points.
 void BandCapture::countSurfaces(const Window& band, std::vector<std::uint32_t>& counts) {
-    if (gpu_scene_.posed().drawList().draws().empty()) return counts.assign(band.pixels(), 0);
+    if (posed_->drawList().draws().empty()) return counts.assign(band.pixels(), 0);
     const StageTimer timer(times_, "count");
     prepareClip(band);
-    const auto gpu = gpu_timer_.span("gpuCount");
-    if (!ListHeadTarget::supported(context_)) {
+    const auto gpu = gl_->timer.span("gpuCount");
+    if (!ListHeadTarget::supported(gl_->context)) {
         countInLists({.fragment_shader = "count.frag"}, band, counts);
         return;
     }
     counts.resize(band.pixels());
-    buffers_.bindForLayers();
-    rasterizer_.setBand(band);
+    gl_->buffers.bindForLayers();
+    gl_->rasterizer.setBand(band);
     forEachTile(band, [&](const Window& tile, const Window& area) {
-        rasterizer_.setTile(tile);
-        list_head_target_.write(gl(), tile, area, band, {});
-        rasterizer_.draw({.fragment_shader = "count.frag",
-                          .definitions = kFetchedListHeads,
-                          .framebuffer = list_head_target_.framebuffer()},
-                         area);
-        list_head_target_.read(gl(), tile, area, band, counts);
+        gl_->rasterizer.setTile(tile);
+        gl_->list_head_target.write(gl(), tile, area, band, {});
+        gl_->rasterizer.draw({.fragment_shader = "count.frag",
+                              .definitions = kFetchedListHeads,
+                              .framebuffer = gl_->list_head_target.framebuffer()},
+                             area);
+        gl_->list_head_target.read(gl(), tile, area, band, counts);
     });
     gl::checkErrors(gl(), "counting fragments");
 }
@@ -199,8 +211,8 @@ void BandCapture::checkListHeads(const std::uint32_t* list_heads, const Window& 
 }
 
 void BandCapture::setListHeads(std::span<const std::uint32_t> list_heads) {
-    buffers_.reserveListHeads(list_heads.size());
-    const auto mapping = buffers_.listHeads().overwrite(list_heads.size_bytes());
+    gl_->buffers.reserveListHeads(list_heads.size());
+    const auto mapping = gl_->buffers.listHeads().overwrite(list_heads.size_bytes());
     std::copy(list_heads.begin(), list_heads.end(), mapping.as<std::uint32_t>());
 }
 
@@ -210,10 +222,10 @@ int BandCapture::composite(CompositeMethod& method, const BandRequest& request,
     const Window& band = request.band;
     const std::uint32_t limit = request.limit();
     prepareClip(band);
-    const auto gpu = gpu_timer_.span("gpuCapture");
-    buffers_.clearForComposite(request.counts, pass_context_.settings.tinted);
-    buffers_.bindForComposite();
-    rasterizer_.setBand(band, limit);
+    const auto gpu = gl_->timer.span("gpuCapture");
+    gl_->buffers.clearForComposite(request.counts, pass_context_.settings.tinted);
+    gl_->buffers.bindForComposite();
+    gl_->rasterizer.setBand(band, limit);
     int passes = 0;
     forEachTile(band, [&](const Window& tile, const Window& window) {
         CompositeArea area;
@@ -225,15 +237,15 @@ int BandCapture::composite(CompositeMethod& method, const BandRequest& request,
         area.layersMissing = [&] {
             gl::waitForGpu(gl());
             const auto list_heads =
-                buffers_.listHeads().read(band.pixels() * sizeof(std::uint32_t));
+                gl_->buffers.listHeads().read(band.pixels() * sizeof(std::uint32_t));
             const auto* done = list_heads.as<const std::uint32_t>();
             return largestIn(band, window, [&](std::size_t p) {
                 const std::uint32_t wanted = std::min(request.counts[p], limit);
                 return done[p] == wanted ? 0 : wanted;
             });
         };
-        rasterizer_.setTile(tile);
-        passes += method.composite(rasterizer_, area);
+        gl_->rasterizer.setTile(tile);
+        passes += method.composite(gl_->rasterizer, area);
     });
     gl::waitForGpu(gl());
     gl::checkErrors(gl(), "compositing fragments");
@@ -249,12 +261,12 @@ void BandCapture::readComposite(const BandRequest& request, CompositeImage& out)
             for (std::uint32_t& count : expected)
                 count = std::min(count, request.limit());
         }
-        const auto list_heads = buffers_.listHeads().read(pixels * sizeof(std::uint32_t));
+        const auto list_heads = gl_->buffers.listHeads().read(pixels * sizeof(std::uint32_t));
         checkListHeads(list_heads.as<const std::uint32_t>(), request.band, {}, expected);
     }
-    const auto depths = buffers_.depths().read(pixels * sizeof(float));
+    const auto depths = gl_->buffers.depths().read(pixels * sizeof(float));
     const std::size_t records = pass_context_.settings.tinted ? 2 : 1;
-    const auto colors = buffers_.colors().read(pixels * records * 4 * sizeof(float));
+    const auto colors = gl_->buffers.colors().read(pixels * records * 4 * sizeof(float));
     const auto* depth = depths.as<const float>();
     const auto* color = colors.as<const std::array<float, 4>>();
     out.window = request.band;

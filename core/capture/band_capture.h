@@ -70,8 +70,9 @@ using TakeVisible = std::function<void(const CompositeImage&, std::span<const st
 /// "count", "capture", "sort" and others.
 class BandCapture {
   public:
-    /// Throws like GpuScene. The pass context and the stage times must outlive this object.
-    BandCapture(gl::Context& context, const PosedScene& posed, const PassContext& pass_context,
+    /// `context`: null for scenes of splats alone, which need no GL. Throws like GpuScene. All
+    /// arguments must outlive this object.
+    BandCapture(gl::Context* context, const PosedScene& posed, const PassContext& pass_context,
                 StageTimes& times);
 
     /// Sets another pose of the same scene, used from the next begin() on.
@@ -115,7 +116,7 @@ class BandCapture {
     int composite(LayerMethod& method, const BandRequest& request, CompositeImage& out);
 
     /// Returns the window of the picture that can contain fragments, for any sample position.
-    Window drawnWindow() const { return rasterizer_.drawnWindow(); }
+    Window drawnWindow() const { return gl_->rasterizer.drawnWindow(); }
 
     // Defined in visible_composite.cpp.
 
@@ -152,6 +153,8 @@ class BandCapture {
     /// The memory of the sinks, and of the image that is passed to them, is not included.
     std::uint64_t fragmentBytes() const;
     std::uint64_t pixelBytes() const;
+    /// Returns the maximum bytes of a buffer for lists.
+    std::uint64_t mostBufferBytes() const;
     /// Return the bytes, per fragment and per pixel, of the copies for two bands that are captured
     /// at the same time; 0 if bands do not overlap.
     std::uint64_t copiedFragmentBytes() const { return overlaps() ? 2 * fragmentBytes() : 0; }
@@ -159,12 +162,12 @@ class BandCapture {
         // The list heads and the list starts of both bands.
         return overlaps() ? 4 * sizeof(std::uint32_t) : 0;
     }
-    /// Returns the number of pixels in the largest raster tile that the crop touches.
+    /// Returns the number of pixels in the largest raster tile that the crop touches; 0 without GL.
     std::uint64_t tilePixels() const;
     /// Returns the number of raster tiles that a row of the band touches.
     int tilesAcross(const Window& band) const {
         const Window row{band.x0, band.y0, band.x1, band.y0 + 1};
-        return static_cast<int>(rasterizer_.tilesOf(row).size());
+        return static_cast<int>(gl_->rasterizer.tilesOf(row).size());
     }
     /// Returns the bytes of textures that compositeVisible() needs for the largest tile, in
     /// addition to tileBytes().
@@ -172,21 +175,24 @@ class BandCapture {
         return OpaqueTarget::bytes(tilePixels(), pass_context_.settings.color_type);
     }
     std::uint64_t tileBytes() const {
+        if (!gl_) return 0;
         const std::uint64_t list_heads =
-            ListHeadTarget::supported(context_) ? ListHeadTarget::bytes(tilePixels()) : 0;
-        return rasterizer_.boundBytes(tilePixels()) + list_heads;
+            ListHeadTarget::supported(gl_->context) ? ListHeadTarget::bytes(tilePixels()) : 0;
+        return gl_->rasterizer.boundBytes(tilePixels()) + list_heads;
     }
 
     /// Waits for the GPU. Adds the GPU time since the previous call to the stages "gpuCount" and
     /// "gpuCapture". Adds nothing for software renderers: the stages "count" and "capture" include
     /// their time.
-    void takeGpuTimes() { gpu_timer_.takeInto(times_); }
+    void takeGpuTimes() {
+        if (gl_) gl_->timer.takeInto(times_);
+    }
 
     /// Frees everything except the scene.
     void free();
 
   private:
-    const gl::Functions& gl() const { return context_.functions(); }
+    const gl::Functions& gl() const { return gl_->context.functions(); }
     /// Finds the boundary of the clip meshes in a band, unless the buffers already hold that
     /// boundary.
     void prepareClip(const Window& band);
@@ -212,14 +218,14 @@ class BandCapture {
     /// Calls f(tile, part of the band in the tile) for each raster tile that the band touches.
     template <class F>
     void forEachTile(const Window& band, F&& f) {
-        for (const Window& tile : rasterizer_.tilesOf(band)) {
+        for (const Window& tile : gl_->rasterizer.tilesOf(band)) {
             f(tile, intersect(tile, band));
             // Tiles have no pixels in common, but their shaders access the same buffers.
             gl().MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
         }
     }
     bool takesListHeadTarget(const LayerMethod& method) const {
-        return method.takesListHeadTarget() && ListHeadTarget::supported(context_);
+        return method.takesListHeadTarget() && ListHeadTarget::supported(gl_->context);
     }
     void checkListHeads(const std::uint32_t* list_heads, const Window& band,
                         std::span<const std::uint32_t> first,
@@ -266,13 +272,26 @@ class BandCapture {
                      std::span<std::uint32_t> sources, const float* values, LayeredImage& out);
     void readComposite(const BandRequest& request, CompositeImage& out);
 
-    gl::Context& context_;
+    /// The uploaded scene, and all that GL needs to draw it.
+    struct GlParts {
+        GlParts(gl::Context& gl_context, const PosedScene& posed, const PassContext& pass_context,
+                StageTimes& times);
+
+        gl::Context& context;
+        gl::GpuTimer timer;
+        GpuScene scene;
+        SceneRasterizer rasterizer;
+        BandBuffers buffers;
+        ListHeadTarget list_head_target{};
+        OpaqueTarget opaque{};
+        std::optional<TracedLayers> traced{};  ///< made when a view first needs it
+    };
+
     const PassContext& pass_context_;
     StageTimes& times_;
-    gl::GpuTimer gpu_timer_;
+    const PosedScene* posed_;
     const NextFrame* next_frame_ = nullptr;
-    GpuScene gpu_scene_;
-    SceneRasterizer rasterizer_;
+    std::optional<GlParts> gl_;  ///< none: only splats are captured
     /// The splats of the scene, if there are any.
     struct SplatParts {
         explicit SplatParts(const PosedScene& posed) : splats(posed), shown(posed) {}
@@ -283,11 +302,7 @@ class BandCapture {
         std::array<LayeredImage, 2> layers{};  ///< of surfaces and of splats, to be merged
     };
     std::optional<SplatParts> splats_;
-    std::optional<TracedLayers> traced_;  ///< made when a view first needs it
-    BandBuffers buffers_;
-    ListHeadTarget list_head_target_;
-    OpaqueTarget opaque_;
-    std::vector<std::uint32_t> opaque_pixels_;   ///< rows read back from opaque_
+    std::vector<std::uint32_t> opaque_pixels_;   ///< rows read back from GlParts::opaque
     CompositeImage visible_;                     ///< rows composited by compositeVisible()
     std::vector<std::uint32_t> visible_counts_;  ///< fragments per pixel of visible_
     BandLists lists_;                  ///< lists of the current band, except in submit() and take()

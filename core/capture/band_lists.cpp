@@ -33,7 +33,7 @@ std::vector<std::string> colorChannels(const CaptureSettings& settings) {
 int BandCapture::layers(LayerMethod& method, const BandRequest& request, LayeredImage& out) {
     if (pass_context_.view.rays) {
         const StageTimer timer(times_, "capture");
-        const auto gpu = gpu_timer_.span("gpuCapture");
+        const auto gpu = gl_->timer.span("gpuCapture");
         tracedLayers().capture(request.band, request.layers, request.keys, next_frame_, out);
         tracedLayers().takeTimes();  // "capture" includes them
         return 1;
@@ -51,7 +51,7 @@ int BandCapture::layersWithSplats(LayerMethod& method, const BandRequest& reques
     surfaces.window = band;
     surfaces.offsets.assign(band.pixels() + 1, 0);
     surfaces.z.clear();
-    if (!gpu_scene_.posed().drawList().draws().empty()) {
+    if (!posed_->drawList().draws().empty()) {
         countSurfaces(band, splats_->surface_counts);
         passes = surfaceLayers(
             method, {.band = band, .counts = splats_->surface_counts, .keys = true}, surfaces);
@@ -63,7 +63,7 @@ int BandCapture::layersWithSplats(LayerMethod& method, const BandRequest& reques
     // Shaders compute no channels of splats.
     const std::vector<std::uint32_t> shaded(keys.size());
     const std::vector<float> none(shadedComponents(settings.channels));
-    fillChannels({gpu_scene_.posed(), pass_context_.view, next_frame_, keys, shaded, none.data()},
+    fillChannels({*posed_, pass_context_.view, next_frame_, keys, shaded, none.data()},
                  settings.channels, splats, std::span(splats.extra).subspan(1));
     mergeByDepth(splats_->layers, band, splats, out);
     splats_->shown.keep(pass_context_.shown, settings.opaque_only, out);
@@ -73,6 +73,14 @@ int BandCapture::layersWithSplats(LayerMethod& method, const BandRequest& reques
 }
 
 int BandCapture::surfaceLayers(LayerMethod& method, const BandRequest& request, LayeredImage& out) {
+    if (!gl_) {  // there are no surfaces
+        lists_.band = request.band;
+        lists_.layers = request.layers;
+        lists_.keys = request.keys;
+        lists_.first.assign(request.band.pixels() + 1, 0);
+        sortLists(lists_, nullptr, nullptr, out);
+        return 0;
+    }
     fillLists(method, request, request.layers);
     if (lists_.channels) {
         const StageTimer timer(times_, "capture");
@@ -85,7 +93,7 @@ int BandCapture::surfaceLayers(LayerMethod& method, const BandRequest& request, 
     if (!lists_.channels) {
         sortLists(lists_, stored.as<const std::uint32_t>(), nullptr, out);
     } else {
-        const auto values = buffers_.channels().read(shadedBytes(lists_));
+        const auto values = gl_->buffers.channels().read(shadedBytes(lists_));
         sortLists(lists_, stored.as<const std::uint32_t>(), values.as<const float>(), out);
     }
     return lists_.passes;
@@ -94,23 +102,23 @@ int BandCapture::surfaceLayers(LayerMethod& method, const BandRequest& request, 
 GlLayers BandCapture::layersOnGpu(LayerMethod& method, const BandRequest& request) {
     fillLists(method, request, request.layers);
     const StageTimer timer(times_, "sort");
-    const auto gpu = gpu_timer_.span("gpuCapture");
+    const auto gpu = gl_->timer.span("gpuCapture");
     const Window& band = request.band;
     const std::uint32_t limit = request.limit();
     std::vector<std::uint32_t> offsets(band.pixels() + 1);
     for (std::size_t p = 0; p < band.pixels(); ++p)
         offsets[p + 1] = offsets[p] + std::min(request.counts[p], limit);
     setListHeads(lists_.first);
-    buffers_.reserveLayers(offsets, pass_context_.settings.storedColorBytes());
-    buffers_.bindForSorting();
-    rasterizer_.setBand(band);
+    gl_->buffers.reserveLayers(offsets, pass_context_.settings.storedColorBytes());
+    gl_->buffers.bindForSorting();
+    gl_->rasterizer.setBand(band);
     const Projection& projection = pass_context_.view.projection;
     const auto planes =
         std::bit_cast<std::array<int, 4>>(std::array{projection.near, projection.far});
     forEachTile(band, [&](const Window& tile, const Window& area) {
-        rasterizer_.setTile(tile);
-        rasterizer_.compute("sort_lists.comp", projection.perspective ? "" : "ORTHOGRAPHIC", area,
-                            planes);
+        gl_->rasterizer.setTile(tile);
+        gl_->rasterizer.compute("sort_lists.comp", projection.perspective ? "" : "ORTHOGRAPHIC",
+                                area, planes);
     });
     gl().MemoryBarrier(GL_ALL_BARRIER_BITS);
     gl::checkErrors(gl(), "sorting fragments");
@@ -120,26 +128,26 @@ GlLayers BandCapture::layersOnGpu(LayerMethod& method, const BandRequest& reques
                                 [&](std::size_t p) { return std::min(request.counts[p], limit); }),
             .color_type = pass_context_.settings.color_type,
             .tinted = pass_context_.settings.tinted,
-            .counts = buffers_.layerCounts().name(),
-            .offsets = buffers_.layerOffsets().name(),
-            .depths = buffers_.layerDepths().name(),
-            .colors = buffers_.layerColors().name()};
+            .counts = gl_->buffers.layerCounts().name(),
+            .offsets = gl_->buffers.layerOffsets().name(),
+            .depths = gl_->buffers.layerDepths().name(),
+            .colors = gl_->buffers.layerColors().name()};
 }
 
 bool BandCapture::overlaps() const {
-    return !context_.device().software && !ListHeadTarget::supported(context_);
+    return gl_ && !gl_->context.device().software && !ListHeadTarget::supported(gl_->context);
 }
 
 void BandCapture::submit(LayerMethod& method, const BandRequest& request, BandLists& lists) {
     const StageTimer timer(times_, "capture");
     drawLists(method, request, request.layers, lists);
-    lists.copied_heads.copy(gl(), buffers_.listHeads(),
+    lists.copied_heads.copy(gl(), gl_->buffers.listHeads(),
                             request.band.pixels() * sizeof(std::uint32_t));
     if (lists.channels) {
         drawChannels(lists);
-        lists.copied_channels.copy(gl(), buffers_.channels(), shadedBytes(lists));
+        lists.copied_channels.copy(gl(), gl_->buffers.channels(), shadedBytes(lists));
     }
-    lists.copied_fragments.copy(gl(), buffers_.fragments(), storedBytes(lists));
+    lists.copied_fragments.copy(gl(), gl_->buffers.fragments(), storedBytes(lists));
     lists.copied = gl::Fence(gl());
 }
 
@@ -210,7 +218,7 @@ std::size_t BandCapture::shadedBytes(const BandLists& lists) const {
 }
 
 gl::Buffer::Mapping BandCapture::readFragments(const BandLists& lists) const {
-    return buffers_.fragments().read(storedBytes(lists));
+    return gl_->buffers.fragments().read(storedBytes(lists));
 }
 
 CapturedFragments BandCapture::capturedIn(const BandLists& lists,
@@ -229,7 +237,7 @@ int BandCapture::fillLists(LayerMethod& method, const BandRequest& request, std:
         checkListHeads(ends_.data(), request.band, first, end);
     } else {
         const auto list_heads =
-            buffers_.listHeads().read(request.band.pixels() * sizeof(std::uint32_t));
+            gl_->buffers.listHeads().read(request.band.pixels() * sizeof(std::uint32_t));
         checkListHeads(list_heads.as<const std::uint32_t>(), request.band, first, end);
     }
     return lists_.passes;
@@ -253,52 +261,52 @@ void BandCapture::drawLists(LayerMethod& method, const BandRequest& request, std
     const std::size_t fragments = first[pixels];
     const bool target = takesListHeadTarget(method);
     prepareClip(band);
-    const auto gpu = gpu_timer_.span("gpuCapture");
-    buffers_.reserveFragments(
+    const auto gpu = gl_->timer.span("gpuCapture");
+    gl_->buffers.reserveFragments(
         fragments * BandBuffers::fragmentWords(pass_context_.settings.storedColorBytes()));
     if (target)
         ends_.assign(first.begin(), first.end() - 1);
     else
         setListHeads({first.data(), pixels});
-    buffers_.bindForLayers();
-    rasterizer_.setBand(band);
+    gl_->buffers.bindForLayers();
+    gl_->rasterizer.setBand(band);
     lists.passes = 0;
     forEachTile(band, [&](const Window& tile, const Window& window) {
         LayerArea area{.window = window, .keys = needsKeys(request.keys)};
         area.layers =
             largestIn(band, window, [&](std::size_t p) { return first[p + 1] - first[p]; });
         if (area.layers == 0) return;
-        rasterizer_.setTile(tile);
-        if (target) list_head_target_.write(gl(), tile, window, band, first);
+        gl_->rasterizer.setTile(tile);
+        if (target) gl_->list_head_target.write(gl(), tile, window, band, first);
         area.list_head_target = target;
         area.in_front = request.in_front;
-        area.framebuffer = target ? list_head_target_.framebuffer() : 0;
+        area.framebuffer = target ? gl_->list_head_target.framebuffer() : 0;
         gl::Framebuffer with_depths;
         if (request.in_front) {
             with_depths = framebufferInFront();
             area.framebuffer = with_depths.name();
         }
-        lists.passes += method.capture(rasterizer_, area);
-        if (target) list_head_target_.read(gl(), tile, window, band, ends_);
+        lists.passes += method.capture(gl_->rasterizer, area);
+        if (target) gl_->list_head_target.read(gl(), tile, window, band, ends_);
     });
 }
 
 void BandCapture::drawChannels(BandLists& lists) {
     const std::size_t fragments = lists.first.back();
     const std::size_t components = shadedComponents(pass_context_.settings.channels);
-    const auto gpu = gpu_timer_.span("gpuCapture");
-    buffers_.clearForChannels(std::max<std::size_t>(fragments, 1) * components);
+    const auto gpu = gl_->timer.span("gpuCapture");
+    gl_->buffers.clearForChannels(std::max<std::size_t>(fragments, 1) * components);
     setListHeads(std::span(lists.first).subspan(1));
-    buffers_.bindForLayers();
+    gl_->buffers.bindForLayers();
     forEachTile(lists.band, [&](const Window& tile, const Window& area) {
-        rasterizer_.setTile(tile);
+        gl_->rasterizer.setTile(tile);
         const auto framebuffer = gl::makeEmptyFramebuffer(gl(), tile.width(), tile.height());
-        rasterizer_.draw({.fragment_shader = "channels.frag",
-                          .describes = true,
-                          .bounded = false,
-                          .framebuffer = framebuffer.name(),
-                          .argument = {{static_cast<int>(components), 0, 0, 0}}},
-                         area);
+        gl_->rasterizer.draw({.fragment_shader = "channels.frag",
+                              .describes = true,
+                              .bounded = false,
+                              .framebuffer = framebuffer.name(),
+                              .argument = {{static_cast<int>(components), 0, 0, 0}}},
+                             area);
     });
     ++lists.passes;
 }
@@ -322,8 +330,7 @@ void BandCapture::addChannels(const BandLists& lists, const CapturedFragments& c
             keys[i] = captured.primitive(sources[i]);
     });
 
-    const FragmentSources from{
-        gpu_scene_.posed(), pass_context_.view, next_frame_, keys, sources, values};
+    const FragmentSources from{*posed_, pass_context_.view, next_frame_, keys, sources, values};
     const std::span<FragmentArray> arrays = std::span(out.extra).last(channels.size());
     if (pass_context_.settings.hit_mode != HitMode::kRefined)
         return fillChannels(from, channels, out, arrays);

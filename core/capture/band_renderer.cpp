@@ -38,19 +38,17 @@ PlanMethods methodsOf(const GlPlan& plan) {
 
 }  // namespace
 
-BandRenderer::BandRenderer(gl::Context& context, const PosedScene& posed, StageTimes& times)
-    : context_(context),
-      times_(times),
-      capture_(context, posed, pass_context_, times),
-      lighting_(timedLighting(context, posed, times)) {
-    pass_context_.lighting = &lighting_;
+BandRenderer::BandRenderer(gl::Context* context, const PosedScene& posed, StageTimes& times)
+    : times_(times), capture_(context, posed, pass_context_, times) {
+    if (context) lighting_.emplace(timedLighting(*context, posed, times));
+    pass_context_.lighting = lighting();
 }
 
 void BandRenderer::begin(const GlPlan& plan) {
     plan_ = &plan;
     pass_context_.settings = plan.settings;
     takeSurfaces();
-    lighting_.setView(plan.view.camera_to_world);
+    if (lighting_) lighting_->setView(plan.view.camera_to_world);
     methods_ = methodsOf(plan);
     showSample(0);
 }
@@ -67,8 +65,7 @@ bool BandRenderer::overlapsBands() const {
 }
 
 BandBudget BandRenderer::budget() const {
-    return {*plan_, methods_, capture_, overlapsBands(),
-            static_cast<std::uint64_t>(context_.device().limits.shader_storage_block_size)};
+    return {*plan_, methods_, capture_, overlapsBands()};
 }
 
 void BandRenderer::freeBands() {

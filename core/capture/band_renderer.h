@@ -31,11 +31,12 @@ using TakeCounts = std::function<void(const Window& rows, std::span<const std::u
 /// times of the stages "count", "capture", "sort", "composite" and "upload".
 class BandRenderer {
   public:
-    /// The posed scene and the times must outlive this object.
-    BandRenderer(gl::Context& context, const PosedScene& posed, StageTimes& times);
+    /// `context` is null for scenes of splats alone. All arguments must outlive this object.
+    BandRenderer(gl::Context* context, const PosedScene& posed, StageTimes& times);
 
     BandCapture& capture() { return capture_; }
-    Lighting& lighting() { return lighting_; }
+    /// Returns the lighting; null without a context.
+    Lighting* lighting() { return lighting_ ? &*lighting_ : nullptr; }
 
     /// Selects the plan whose bands will be rendered. The plan must have its view, settings, method
     /// and positions set, and must exist as long as it is selected.
@@ -85,11 +86,10 @@ class BandRenderer {
     void captureLayers(const Window& band, std::uint32_t most, LayeredImage& out);
     void compositeView(const Window& band, CompositeImage& out);
 
-    gl::Context& context_;
     StageTimes& times_;
     PassContext pass_context_;
     BandCapture capture_;
-    Lighting lighting_;
+    std::optional<Lighting> lighting_;
     const GlPlan* plan_ = nullptr;
     PlanMethods methods_;
     std::vector<std::uint32_t> counts_;  ///< number of fragments in each pixel of the current band

@@ -13,6 +13,7 @@
 #include "core/capture/gl_planner.h"
 #include "core/capture/shadow_capture.h"
 #include "core/image/layers.h"
+#include "core/splats/projected_splats.h"
 
 namespace peeler {
 namespace {
@@ -29,14 +30,14 @@ constexpr std::uint64_t kHandOverBytes = std::uint64_t{24} << 20;
 }  // namespace
 
 struct GlRenderer::State {
-    State(gl::Context& ctx, PosedScene in_pose)
+    State(gl::Context* ctx, PosedScene in_pose)
         : context(ctx), posed(std::move(in_pose)), bands(ctx, posed, times) {}
 
     void castShadows(GlRenderer& renderer, const CaptureSettings& asked);
     static void report(const GlPlan& plan, const Window& band, const Progress& progress);
     GlPlan& show(GlRenderer& renderer, const CapturePlan& planned);
 
-    gl::Context& context;
+    gl::Context* context;  ///< null: only splats are shown
     PosedScene posed;
     std::optional<NextFrame> next_frame;
     StageTimes times;
@@ -47,21 +48,29 @@ struct GlRenderer::State {
 };
 
 GlRenderer::GlRenderer(gl::Context& context, PosedScene posed)
-    : state_(std::make_unique<State>(context, std::move(posed))) {}
+    : state_(std::make_unique<State>(&context, std::move(posed))) {}
+
+GlRenderer::GlRenderer(PosedScene posed)
+    : state_(std::make_unique<State>(nullptr, std::move(posed))) {}
+
+bool GlRenderer::canShow(const PosedScene& posed) const {
+    return state_->context || hasOnlySplats(posed);
+}
 
 GlRenderer::~GlRenderer() = default;
 
 void GlRenderer::setPose(PosedScene posed) {
     State& s = *state_;
+    if (!canShow(posed)) throw Error(ErrorKind::kInternal, "surfaces need a context");
     const bool still = s.posed.deformed().empty() && s.posed.meshes() == posed.meshes();
     const bool lit_alike = still && s.posed.lights() == posed.lights();
     s.posed = std::move(posed);
     if (!still) timed(s.times, "upload", [&] { s.bands.capture().setPose(s.posed); });
     // Keeps the shadow maps if only the camera moved.
-    if (lit_alike) return;
-    s.bands.lighting().setShadows(nullptr);
+    if (lit_alike || !s.context) return;
+    s.bands.lighting()->setShadows(nullptr);
     s.shadows.reset();
-    s.bands.lighting().setPose(s.posed);
+    s.bands.lighting()->setPose(s.posed);
 }
 
 void GlRenderer::setNextFrame(NextFrame next) {
@@ -80,13 +89,15 @@ StageTimes GlRenderer::takeTimes() {
 
 /// Sets the shadow maps that the settings require. Captures them if necessary.
 void GlRenderer::State::castShadows(GlRenderer& renderer, const CaptureSettings& asked) {
-    bands.lighting().setShadows(nullptr);
+    if (!context) return;
+    Lighting& lighting = *bands.lighting();
+    lighting.setShadows(nullptr);
     if (!asked.shadows || asked.shading == Shading::kUnlit) return;
     if (!shadows || shadows->size != asked.shadow_size || shadows->clip != asked.clip) {
         shadows.reset();  // free the old maps first, so that two sets are never held
-        shadows = captureShadowMaps(renderer, context, bands.lighting().lights(), asked);
+        shadows = captureShadowMaps(renderer, *context, lighting.lights(), asked);
     }
-    bands.lighting().setShadows(&*shadows);
+    lighting.setShadows(&*shadows);
 }
 
 /// Reports that the picture is complete down to the end of this band.

@@ -18,13 +18,18 @@ class GlRenderer final : public HitSource {
     /// Uploads the scene. The context must outlive this object. Throws Error (kMemory) if the
     /// driver runs out of memory, (kInput) if a texture exceeds the driver's limit.
     GlRenderer(gl::Context& context, PosedScene posed);
+    /// Creates a renderer of splats alone (hasOnlySplats()), which needs no context.
+    explicit GlRenderer(PosedScene posed);
     ~GlRenderer() override;
     GlRenderer(const GlRenderer&) = delete;
     GlRenderer& operator=(const GlRenderer&) = delete;
 
     /// Sets another pose of the same scene (one of the file's `scenes`), from the next plan() on.
-    /// Uploads only the parts that moved. Plans of earlier poses can no longer be captured.
+    /// Uploads only the parts that moved. Plans of earlier poses can no longer be captured. Throws
+    /// Error (kInternal) unless canShow().
     void setPose(PosedScene posed);
+    /// Whether a pose can be shown: without a context, only splats can.
+    bool canShow(const PosedScene& posed) const;
 
     /// Sets the frame that motion is measured against in later captures.
     void setNextFrame(NextFrame next);

@@ -6,6 +6,7 @@
 #include "core/base/process_memory.h"
 #include "core/gl/adopted_context.h"
 #include "core/gl/borrowed_state.h"
+#include "core/splats/projected_splats.h"
 
 namespace peeler {
 
@@ -70,18 +71,22 @@ bool GlSession::findGpu(std::string& reasons) {
 GlRenderer& GlSession::renderer(const gl::ContextRequest& device,
                                 const std::shared_ptr<const Scene>& scene, int index,
                                 const PosedScene& posed) {
-    gl::Context& opened = context(device);
+    const bool needs_gl = function_of_ || device.choosesDevice() || !hasOnlySplats(posed);
+    gl::Context* const opened = needs_gl ? &context(device) : nullptr;
     const auto known = std::ranges::find_if(uploads_, [&](const Upload& upload) {
         return scene && upload.scene == scene && upload.index == index;
     });
-    if (known != uploads_.end()) {
+    if (known != uploads_.end() && !known->renderer->canShow(posed)) {
+        uploads_.erase(known);
+    } else if (known != uploads_.end()) {
         uploads_.splice(uploads_.begin(), uploads_, known);
         known->renderer->setPose(posed);
         return *known->renderer;
     }
     if (!keeps_scenes_) uploads_.clear();
     const std::uint64_t before = residentBytes();
-    auto renderer = std::make_unique<GlRenderer>(opened, posed);
+    auto renderer =
+        opened ? std::make_unique<GlRenderer>(*opened, posed) : std::make_unique<GlRenderer>(posed);
     const std::uint64_t now = residentBytes();
     uploads_.push_front({scene, index, std::move(renderer), now - std::min(now, before)});
     return *uploads_.front().renderer;

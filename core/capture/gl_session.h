@@ -53,8 +53,9 @@ class GlSession {
 
     /// Returns the renderer of the scene in this pose, uploaded to the context of this device.
     /// `index` is the index of the posed scene in the file. If `scene` is null, the session does
-    /// not own the scene, and the scene of `posed` must remain valid until closeUnowned(). Throws
-    /// like context() and GlRenderer().
+    /// not own the scene, and the scene of `posed` must remain valid until closeUnowned(). Opens no
+    /// context for splats alone, unless the request chooses a device. Throws like context() and
+    /// GlRenderer().
     GlRenderer& renderer(const gl::ContextRequest& device,
                          const std::shared_ptr<const Scene>& scene, int index,
                          const PosedScene& posed);

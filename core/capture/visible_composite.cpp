@@ -18,25 +18,26 @@ constexpr std::uint64_t kPixelsAtOnce = 1 << 18;
 
 gl::Framebuffer BandCapture::framebufferInFront() const {
     std::vector<GLuint> list_heads;
-    if (ListHeadTarget::supported(context_)) list_heads.push_back(list_head_target_.texture());
-    return gl::makeFramebuffer(gl(), list_heads, opaque_.depth());
+    if (ListHeadTarget::supported(gl_->context))
+        list_heads.push_back(gl_->list_head_target.texture());
+    return gl::makeFramebuffer(gl(), list_heads, gl_->opaque.depth());
 }
 
 int BandCapture::captureOpaque(const Window& tile, const Window& area) {
     const StageTimer timer(times_, "capture");
-    const auto gpu = gpu_timer_.span("gpuCapture");
-    const auto& draws = gpu_scene_.posed().drawList().draws();
-    opaque_.reserve(gl(), tile, pass_context_.settings.color_type);
-    opaque_.clear(gl(), rasterizer_.passState(opaque_.framebuffer(), area));
+    const auto gpu = gl_->timer.span("gpuCapture");
+    const auto& draws = posed_->drawList().draws();
+    gl_->opaque.reserve(gl(), tile, pass_context_.settings.color_type);
+    gl_->opaque.clear(gl(), gl_->rasterizer.passState(gl_->opaque.framebuffer(), area));
     const bool any = std::ranges::any_of(draws, &Draw::opaque);
     if (any) {
-        rasterizer_.draw({.fragment_shader = "opaque.frag",
-                          .shades = true,
-                          .draws = Draws::kOpaque,
-                          .bounded = false,
-                          .framebuffer = opaque_.framebuffer(),
-                          .depth_test = gl::DepthTest::kNearest},
-                         area);
+        gl_->rasterizer.draw({.fragment_shader = "opaque.frag",
+                              .shades = true,
+                              .draws = Draws::kOpaque,
+                              .bounded = false,
+                              .framebuffer = gl_->opaque.framebuffer(),
+                              .depth_test = gl::DepthTest::kNearest},
+                             area);
     }
     gl::checkErrors(gl(), "capturing opaque fragments");
     return any ? 1 : 0;
@@ -45,26 +46,27 @@ int BandCapture::captureOpaque(const Window& tile, const Window& area) {
 void BandCapture::countInFront(const Window& tile, const Window& area,
                                std::vector<std::uint32_t>& counts) {
     const StageTimer timer(times_, "count");
-    const auto gpu = gpu_timer_.span("gpuCount");
+    const auto gpu = gl_->timer.span("gpuCount");
     counts.resize(area.pixels());
-    const bool target = ListHeadTarget::supported(context_);
+    const bool target = ListHeadTarget::supported(gl_->context);
     if (target) {
-        list_head_target_.write(gl(), tile, area, area, {});
+        gl_->list_head_target.write(gl(), tile, area, area, {});
     } else {
-        buffers_.reserveListHeads(area.pixels());
-        buffers_.listHeads().clearToZero(area.pixels() * sizeof(std::uint32_t));
-        buffers_.bindForLayers();
+        gl_->buffers.reserveListHeads(area.pixels());
+        gl_->buffers.listHeads().clearToZero(area.pixels() * sizeof(std::uint32_t));
+        gl_->buffers.bindForLayers();
     }
     const gl::Framebuffer framebuffer = framebufferInFront();
-    opaque_.bindForReading(gl());
+    gl_->opaque.bindForReading(gl());
     GeometryPass pass{.fragment_shader = "count.frag", .framebuffer = framebuffer.name()};
     if (target) pass.definitions = kFetchedListHeads;
-    rasterizer_.draw(pass.inFront(), area);
+    gl_->rasterizer.draw(pass.inFront(), area);
     if (target) {
-        list_head_target_.read(gl(), tile, area, area, counts);
+        gl_->list_head_target.read(gl(), tile, area, area, counts);
     } else {
         gl::waitForGpu(gl());
-        const auto list_heads = buffers_.listHeads().read(area.pixels() * sizeof(std::uint32_t));
+        const auto list_heads =
+            gl_->buffers.listHeads().read(area.pixels() * sizeof(std::uint32_t));
         std::copy_n(list_heads.as<const std::uint32_t>(), area.pixels(), counts.begin());
     }
     gl::checkErrors(gl(), "counting fragments");
@@ -77,7 +79,7 @@ void BandCapture::takeVisible(const Window& tile, const Window& rows,
     const auto height = static_cast<std::size_t>(rows.height());
     {
         const StageTimer timer(times_, "capture");
-        opaque_.read(gl(), tile, rows, opaque_pixels_);
+        gl_->opaque.read(gl(), tile, rows, opaque_pixels_);
     }
     visible_counts_.resize(rows.pixels());
     {
@@ -105,12 +107,12 @@ void BandCapture::takeVisible(const Window& tile, const Window& rows,
 
 int BandCapture::compositeVisible(LayerMethod& method, const Window& band, const BandLimits& limits,
                                   const TakeVisible& take) {
-    const bool blends = !std::ranges::all_of(gpu_scene_.posed().drawList().draws(), &Draw::opaque);
+    const bool blends = !std::ranges::all_of(posed_->drawList().draws(), &Draw::opaque);
     std::vector<std::uint32_t> in_front;
     int passes = 0;
     forEachTile(band, [&](const Window& tile, const Window& area) {
-        rasterizer_.setBand(area);
-        rasterizer_.setTile(tile);
+        gl_->rasterizer.setBand(area);
+        gl_->rasterizer.setTile(tile);
         passes += captureOpaque(tile, area);
         if (blends) countInFront(tile, area, in_front);
         const auto width = static_cast<std::uint64_t>(area.width());
@@ -136,7 +138,7 @@ int BandCapture::compositeVisible(LayerMethod& method, const Window& band, const
         for (const Window& part : cutBands(area, limits, listed)) {
             const std::span<const std::uint32_t> counts =
                 std::span(in_front).subspan(pixelsAbove(area, part.y0), part.pixels());
-            opaque_.bindForReading(gl());
+            gl_->opaque.bindForReading(gl());
             most = std::max(
                 most, fillLists(method, {.band = part, .counts = counts, .in_front = true}, 0));
             const auto takeRows = [&](CapturedFragments captured) {

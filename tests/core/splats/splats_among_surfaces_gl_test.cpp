@@ -6,6 +6,7 @@
 #include <memory>
 #include <random>
 
+#include "core/capture/gl_session.h"
 #include "core/capture/method.h"
 #include "core/image/layers.h"
 #include "core/image/merge.h"
@@ -120,6 +121,35 @@ TEST(SplatsAmongSurfaces, AreTheSameForEveryMethodAndBand) {
             EXPECT_EQ(difference(whole.image, other.image), "") << method.name;
         }
     }
+}
+
+TEST(SplatsAlone, NeedNoContext) {
+    const View view = testView(64, 48);
+    SceneBuilder builder;
+    addSplats(builder, 200);
+    const PosedScene posed(builder.scene(), 0);
+    GlRenderer with_context(sharedContext(), posed);
+    GlSession session;
+    GlRenderer& without = session.renderer({}, nullptr, 0, posed);
+    EXPECT_FALSE(session.hasContext());
+    for (const bool composite : {false, true}) {
+        for (const int samples : {1, 2}) {
+            CaptureSettings settings;
+            settings.composite = composite;
+            settings.samples = samples;
+            if (!composite) settings.channels = {Channel::kId, Channel::kPosition};
+            EXPECT_EQ(difference(capture(with_context, view, settings).image,
+                                 capture(without, view, settings).image),
+                      "");
+        }
+    }
+    CaptureSettings hits;
+    hits.hit_mode = HitMode::kRefined;
+    EXPECT_EQ(capture(without, view, hits).image.fragments(), 0U);
+
+    const Scene among = panesAmongSplats(true);
+    EXPECT_FALSE(without.canShow(PosedScene(among, 0)));
+    EXPECT_TRUE(with_context.canShow(PosedScene(among, 0)));
 }
 
 TEST(SplatsAmongSurfaces, SamplesOfASplatMergeWithItsOwn) {
