@@ -18,6 +18,7 @@
 #include "cmd/rays/ray_tracer.h"
 #include "cmd/rays/rays_options.h"
 #include "cmd/verbs.h"
+#include "core/splats/splat_bounds.h"
 #include "formats/file/file_name.h"
 #include "formats/output_hash.h"
 #include "formats/rays/ray_list.h"
@@ -142,10 +143,12 @@ Bundle Rays::movingBundle() {
 
 std::vector<Bundle> Rays::chooseBundles() {
     const PosedScene& posed = tracer_.posed();
-    const std::optional<Bounds> all = posed.bounds();
+    std::optional<Bounds> all = posed.bounds();
     if (!all)
         throw Error(ErrorKind::kInput, "the scene shows nothing that rays can hit",
                     options_.scene.file.string(), "use peeler info to see its contents");
+    const auto splats = options_.writesSplats() ? splatBounds(posed) : std::nullopt;
+    if (splats) all = Bounds{glm::min(all->min, splats->min), glm::max(all->max, splats->max)};
     if (views_.asked()) {
         std::vector<Bundle> bundles;
         for (std::size_t view = first_; view < end_; ++view)

@@ -5,8 +5,6 @@
 #include <array>
 #include <cstdint>
 #include <cstdio>
-#include <glm/gtc/quaternion.hpp>
-#include <limits>
 #include <nlohmann/json.hpp>
 #include <string_view>
 #include <utility>
@@ -22,6 +20,7 @@
 #include "core/base/printable.h"
 #include "core/scene/lights.h"
 #include "core/scene/posed_scene.h"
+#include "core/splats/splat_bounds.h"
 #include "formats/file/content_hash.h"
 #include "formats/gltf/gltf_reader.h"
 
@@ -68,40 +67,13 @@ Elements elementsOf(const Mesh& mesh) {
     return sum;
 }
 
-/// The splats of the selected scene.
-struct SplatFacts {
-    int degree = 0;  ///< the highest
-    /// The box of all splats to three standard deviations, in world space.
-    Bounds box{glm::dvec3(std::numeric_limits<double>::infinity()),
-               glm::dvec3(-std::numeric_limits<double>::infinity())};
-};
-
-void addSplats(SplatFacts& facts, const Primitive& primitive, const glm::dmat4& to_world) {
-    const Splats& splats = *primitive.splats;
-    facts.degree = std::max(facts.degree, splats.degree);
-    for (std::size_t i = 0; i < splats.size(); ++i) {
-        const glm::dvec4 q(splats.rotations[i]);
-        const glm::dmat3 axes =
-            glm::dmat3(to_world) * glm::mat3_cast(glm::dquat(q.w, q.x, q.y, q.z));
-        glm::dvec3 reach(0);  // variances along the world's axes
-        for (int axis = 0; axis < 3; ++axis) {
-            const glm::dvec3 side = axes[axis] * double{splats.scales[i][axis]};
-            reach += side * side;
-        }
-        const glm::dvec3 mean(to_world * glm::dvec4(primitive.positions[i], 1));
-        facts.box.min = glm::min(facts.box.min, mean - 3.0 * glm::sqrt(reach));
-        facts.box.max = glm::max(facts.box.max, mean + 3.0 * glm::sqrt(reach));
-    }
-}
-
-std::optional<SplatFacts> splatsOf(const Scene& scene, const PosedScene& shown) {
-    std::optional<SplatFacts> facts;
+/// Returns the highest degree of spherical harmonics.
+int splatDegree(const PosedScene& shown) {
+    int degree = 0;
     for (const MeshInstance& instance : shown.meshes())
-        for (const Primitive& primitive :
-             scene.meshes[static_cast<std::size_t>(instance.mesh)].primitives)
-            if (primitive.splats && primitive.splats->size() > 0)
-                addSplats(facts ? *facts : facts.emplace(), primitive, instance.world);
-    return facts;
+        for (const Primitive& primitive : shown.primitives(instance))
+            if (primitive.splats) degree = std::max(degree, primitive.splats->degree);
+    return degree;
 }
 
 constexpr std::array<const char*, 3> kAlphaModes = {"OPAQUE", "MASK", "BLEND"};
@@ -142,7 +114,8 @@ struct SceneFacts {
     std::string format;
     std::optional<Assumed> assumed;
     Elements elements;
-    std::optional<SplatFacts> splats;
+    int splat_degree = 0;
+    std::optional<Bounds> splat_bounds;  ///< to three standard deviations
     std::optional<Bounds> box;
     std::vector<CameraInstance> cameras;  ///< cameras of the selected scene
     std::vector<std::string> camera_names;
@@ -173,7 +146,8 @@ SceneFacts gather(const InfoOptions& options) {
     for (const MeshInstance& instance : shown.meshes()) {
         facts.elements += elementsOf(facts.scene.meshes[static_cast<std::size_t>(instance.mesh)]);
     }
-    facts.splats = splatsOf(facts.scene, shown);
+    facts.splat_degree = splatDegree(shown);
+    facts.splat_bounds = splatBounds(shown);
     facts.box = shown.bounds();
     facts.cameras = shown.cameras();
     facts.camera_names = cameraNames(shown);
@@ -300,8 +274,8 @@ Json toJson(const SceneFacts& facts, const InfoOptions& options) {
     json["lines"] = facts.elements.lines;
     json["points"] = facts.elements.points;
     json["splats"] = facts.elements.splats;
-    json["splatDegree"] = facts.splats ? Json(facts.splats->degree) : Json();
-    json["splatBounds"] = facts.splats ? boxJson(facts.splats->box) : Json();
+    json["splatDegree"] = facts.splat_bounds ? Json(facts.splat_degree) : Json();
+    json["splatBounds"] = facts.splat_bounds ? boxJson(*facts.splat_bounds) : Json();
     for (std::size_t i = 0; i < kAlphaModes.size(); ++i) {
         json["materials"][kAlphaModes[i]] = facts.materials[i];
     }
@@ -410,9 +384,9 @@ std::string toText(const SceneFacts& facts, const InfoOptions& options) {
             axisName(facts.assumed->up) + unit;
     }
     text += "\ndraws: " + elementsText(facts.elements) + '\n';
-    if (facts.splats)
-        text += "splats: spherical harmonics of degree " + std::to_string(facts.splats->degree) +
-                ", to 3 sigma " + boundsText(facts.splats->box) + '\n';
+    if (facts.splat_bounds)
+        text += "splats: spherical harmonics of degree " + std::to_string(facts.splat_degree) +
+                ", to 3 sigma " + boundsText(*facts.splat_bounds) + '\n';
     text += "materials:";
     for (std::size_t i = 0; i < kAlphaModes.size(); ++i) {
         text += (i == 0 ? " " : ", ") + groupedText(facts.materials[i]) + ' ' + kAlphaModes[i];

@@ -12,6 +12,8 @@
 #include "core/raster/hit_rasterizer.h"
 #include "core/scene/framing.h"
 #include "core/scene/posed_scene.h"
+#include "core/splats/projected_splats.h"
+#include "core/splats/splat_hits.h"
 
 namespace peeler::inline v0 {
 namespace {
@@ -123,7 +125,7 @@ struct Renderer::State {
     /// Throws Error (kUsage) if the device name has an unknown form.
     gl::ContextRequest request() const;
     GlRenderer& openRenderer(const Shown& shown, const PosedScene& posed);
-    HitSource& openHits(const Shown& shown, const PosedScene& posed, RayEngine engine);
+    HitSource& openHits(const Shown& shown, const PosedScene& posed, RayEngine engine, bool splats);
     /// Runs the work. If the work throws, discards the scene's GL objects, because their state is
     /// unknown.
     void run(const Worker::Work& work, const Progress& progress);
@@ -136,6 +138,7 @@ struct Renderer::State {
     RendererOptions options;
     std::optional<GlSession> gl;
     std::unique_ptr<HitRasterizer> rasterizer;  ///< the CPU rasteriser of the current call
+    std::unique_ptr<SplatHits> splat_hits;      ///< the splats of the current call
     std::optional<GlBands> gl_bands;            ///< set by glLayers(), until another call renders
     Worker worker;                              // last, so that it is destroyed first
 };
@@ -153,28 +156,37 @@ GlRenderer& Renderer::State::openRenderer(const Shown& shown, const PosedScene& 
     return gl->renderer(request(), shown.scene, indexOf(shown), posed);
 }
 
-HitSource& Renderer::State::openHits(const Shown& shown, const PosedScene& posed,
-                                     RayEngine engine) {
+HitSource& Renderer::State::openHits(const Shown& shown, const PosedScene& posed, RayEngine engine,
+                                     bool splats) {
     if (engine == RayEngine::kAuto) {
         std::string reasons;
         const bool on_gpu = options.adopt || request().choosesDevice() || gl->findGpu(reasons);
         engine = on_gpu ? RayEngine::kGl : RayEngine::kCpu;
     }
-    if (engine == RayEngine::kGl) return openRenderer(shown, posed);
-    rasterizer = std::make_unique<HitRasterizer>(posed);
-    return *rasterizer;
+    HitSource* source = nullptr;
+    if (engine == RayEngine::kGl) {
+        source = &openRenderer(shown, posed);
+    } else {
+        rasterizer = std::make_unique<HitRasterizer>(posed);
+        source = rasterizer.get();
+    }
+    if (!splats || !hasSplats(posed)) return *source;
+    splat_hits = std::make_unique<SplatHits>(*source);
+    return *splat_hits;
 }
 
 void Renderer::State::run(const Worker::Work& work, const Progress& progress) {
     worker.run(
         [&](const Progress& report) {
             const auto discard = [this](bool device_lost) {
+                splat_hits.reset();
                 rasterizer.reset();
                 gl_bands.reset();
                 gl->giveUp(device_lost);
             };
             try {
                 work(report);
+                splat_hits.reset();
                 rasterizer.reset();
                 gl->giveBack();
             } catch (const Error& error) {
@@ -299,8 +311,9 @@ LayeredImage Renderer::rays(const Shown& shown, const Bundle& bundle,
     state_->run(
         [&](const Progress& report) {
             const PosedScene scene = posed(shown);
-            state_->capture(state_->openHits(shown, scene, engine), bundle.view, settings, sink,
-                            plan, report);
+            const bool splats = !bundle.view.rays && settings.hit_mode != HitMode::kSloped;
+            state_->capture(state_->openHits(shown, scene, engine, splats), bundle.view, settings,
+                            sink, plan, report);
         },
         progress);
     return std::move(sink.image);

@@ -19,6 +19,7 @@
 #include "core/raster/hit_rasterizer.h"
 #include "core/scene/camera_choice.h"
 #include "core/splats/projected_splats.h"
+#include "core/splats/splat_hits.h"
 #include "core/trace/traced_hits.h"
 #include "formats/file/content_hash.h"
 #include "formats/file/json_text.h"
@@ -215,23 +216,28 @@ RayEngine CaptureJob::chooseEngine() {
     return engine_.emplace(RayEngine::kCpu);
 }
 
-void CaptureJob::warnOfSplats(const PosedScene& posed) {
+void CaptureJob::warnOfSplats(const PosedScene& posed, const std::string& what) {
     if (!hasSplats(posed)) return;
+    const std::string statement = what + " do not hit Gaussian splats";
     if (options_.scene.reading.strict)
-        throw Error(ErrorKind::kInput, "rays do not hit Gaussian splats",
-                    options_.scene.file.string(), "leave --strict out, or the splats (--exclude)");
-    if (!std::exchange(told_of_splats_, true))
-        reporter_.warning("Rays do not hit Gaussian splats; results lack them.");
+        throw Error(ErrorKind::kInput, statement, options_.scene.file.string(),
+                    "leave --strict out, or the splats (--exclude)");
+    if (!std::exchange(told_of_splats_, true)) reporter_.warning(statement + "; results lack them");
 }
 
-HitSource& CaptureJob::openHits(const PosedScene& posed) {
-    warnOfSplats(posed);
+HitSource& CaptureJob::openHits(const PosedScene& posed, bool splats) {
+    if (!splats) warnOfSplats(posed);
     HitSource* pinholes = nullptr;
     if (chooseEngine() == RayEngine::kGl) {
         pinholes = &openRenderer(posed);
     } else {
         rasterizer_ = std::make_unique<HitRasterizer>(posed);
         pinholes = rasterizer_.get();
+    }
+    splat_hits_.reset();
+    if (splats && hasSplats(posed)) {
+        splat_hits_ = std::make_unique<SplatHits>(*pinholes);
+        pinholes = splat_hits_.get();
     }
     traced_ = std::make_unique<TracedHits>(posed, pinholes);
     return *traced_;
@@ -251,12 +257,14 @@ void CaptureJob::traceOnCpu() {
 
 void CaptureJob::releaseHits() {
     traced_.reset();
+    splat_hits_.reset();
     rasterizer_.reset();
     releaseRenderer();
 }
 
 void CaptureJob::discard() {
     traced_.reset();
+    splat_hits_.reset();
     rasterizer_.reset();
     closeContext();
     takeTimes();

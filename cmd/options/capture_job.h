@@ -98,8 +98,9 @@ class CaptureJob {
     /// first call chooses it and reports the choice as a detail.
     RayEngine chooseEngine();
     /// Opens the hit source of chooseEngine(): the CPU rasteriser, which needs no GL, or the
-    /// GlRenderer. Reuses an open GlRenderer. Throws like openRenderer().
-    HitSource& openHits(const PosedScene& posed);
+    /// GlRenderer. Reuses an open GlRenderer. `splats`: whether bundles hit Gaussian splats; if
+    /// not, warns of them. Throws like openRenderer().
+    HitSource& openHits(const PosedScene& posed, bool splats = false);
     /// Chooses the CPU, for hits of views that all have View::rays. Throws Error (kUsage) if the
     /// options ask for GL.
     void traceOnCpu();
@@ -138,11 +139,11 @@ class CaptureJob {
     /// total time up to this call.
     void finish(RunResult& result);
 
-  private:
-    /// Warns that rays do not hit the splats of a scene. If it is read strictly, throws Error
-    /// (kInput).
-    void warnOfSplats(const PosedScene& posed);
+    /// Warns that some results lack the splats of a scene, if it has any; once per job. If the
+    /// scene is read strictly, throws Error (kInput).
+    void warnOfSplats(const PosedScene& posed, const std::string& what = "rays");
 
+  private:
     const CaptureJobOptions& options_;
     Session& session_;
     Reporter& reporter_;
@@ -153,7 +154,7 @@ class CaptureJob {
     GlRenderer* renderer_ = nullptr;   ///< owned by the session
     std::optional<RayEngine> engine_;  ///< kCpu or kGl; none = not chosen yet
     bool told_of_splats_ = false;
-    std::unique_ptr<HitSource> rasterizer_, traced_;
+    std::unique_ptr<HitSource> rasterizer_, splat_hits_, traced_;
 };
 
 }  // namespace peeler::cmd

@@ -105,7 +105,10 @@ void RayTracer::discard() {
 
 void RayTracer::make(RayTrace& trace) {
     nameFiles(trace);
-    if (!source_) source_ = &job_.openHits(*posed_);
+    if (!source_) source_ = &job_.openHits(*posed_, options_.writesSplats());
+    if (options_.asksForInside()) job_.warnOfSplats(*posed_, "rays through solids");
+    if (std::ranges::any_of(trace.bundles, [](const Bundle& b) { return bool(b.view.rays); }))
+        job_.warnOfSplats(*posed_, "rays of lenses and lists");
     if (needsAttenuation(options_.maps)) findAttenuation(trace);
     openOutputs(trace);
     count(trace);

@@ -188,6 +188,12 @@ bool RaysOptions::writesInside() const {
     return voxels || std::ranges::any_of(maps.maps, [](RayMap map) { return infoOf(map).solids; });
 }
 
+bool RaysOptions::writesSplats() const {
+    return writesFile() && !voxels && !points &&
+           (maps.maps.empty() ||
+            std::ranges::any_of(maps.maps, [](RayMap map) { return !infoOf(map).solids; }));
+}
+
 bool RaysOptions::asksForInside() const {
     return writesInside() || parity;
 }

@@ -51,6 +51,8 @@ struct RaysOptions : CaptureJobOptions {
     bool asksForInside() const;
     /// Whether a file needs the interior of solids.
     bool writesInside() const;
+    /// Whether a file needs hits with Gaussian splats: lists of hits, and maps that need no solids.
+    bool writesSplats() const;
     Overlap overlapRule() const { return overlap.value_or(Overlap::kWinding); }
     /// Returns the requested faces, or the default. The default for a camera's rays is that of
     /// pictures, so that the hits match a picture from the same camera. The default for parallel

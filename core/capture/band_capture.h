@@ -140,7 +140,7 @@ class BandCapture {
     }
     /// Whether the scene has Gaussian splats.
     bool hasSplats() const { return splats_.has_value(); }
-    /// Whether captures show them: rays do not hit splats.
+    /// Whether captures show them: SplatHits adds those that rays hit.
     bool showsSplats() const {
         return hasSplats() && pass_context_.settings.hit_mode == HitMode::kNone;
     }

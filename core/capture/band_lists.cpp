@@ -18,6 +18,7 @@
 #include "core/image/composite.h"
 #include "core/image/layers.h"
 #include "core/image/merge.h"
+#include "core/splats/splat_channels.h"
 
 namespace peeler {
 namespace {
@@ -58,13 +59,7 @@ int BandCapture::layersWithSplats(LayerMethod& method, const BandRequest& reques
     }
     const StageTimer timer(times_, "splats");
     splats_->splats.capture(band, splats);
-    splats.extra.resize(1 + settings.channels.size());
-    const std::span<const std::uint32_t> keys = splats.extra.front().as<std::uint32_t>();
-    // Shaders compute no channels of splats.
-    const std::vector<std::uint32_t> shaded(keys.size());
-    const std::vector<float> none(shadedComponents(settings.channels));
-    fillChannels({*posed_, pass_context_.view, next_frame_, keys, shaded, none.data()},
-                 settings.channels, splats, std::span(splats.extra).subspan(1));
+    fillSplatChannels(*posed_, pass_context_.view, settings.channels, next_frame_, splats);
     mergeByDepth(splats_->layers, band, splats, out);
     splats_->shown.keep(pass_context_.shown, settings.opaque_only, out);
     keepLayers(out, {.nearest = request.layers});

@@ -83,6 +83,7 @@ struct Fragment {
 // exactly.
 
 void normalOfTriangle(const Band&, const Fragment& f, double* out) {
+    if (f.element().primitive->splats) return;
     const glm::dvec3& front = f.entry.unit;
     glm::dvec3 normal = glm::dot(f.entry.normal, f.ray.direction) > 0 ? -front : front;
     if (front == glm::dvec3(0)) normal = -glm::normalize(f.ray.direction);

@@ -43,7 +43,8 @@ struct FragmentSources {
 /// - Motion is the displacement of this point until the next frame, in pixels; 0 if the point is
 ///   behind the camera in either frame.
 /// - id.primitive numbers triangles across all primitives of the mesh.
-/// - Lines and points face the camera: their geometric normal points against the ray.
+/// - Lines and points face the camera: their geometric normal points against the ray. That of
+///   Gaussian splats is 0.
 ///
 /// Rows are processed in parallel; the result does not depend on their order.
 void fillChannels(const FragmentSources& sources, std::span<const Channel> channels,

@@ -397,6 +397,15 @@ void SurfaceColors::ofRay(const View& view, const glm::ivec2& pixel,
                  [&](std::size_t i, const SurfacePoint& point) { colors[i] = unlitColor(point); });
 }
 
+void SurfaceColors::ofRay(const View& view, const glm::ivec2& pixel, const LayeredImage& band,
+                          std::size_t first, std::span<glm::vec4> colors) const {
+    const auto keys = band.extra.front().as<std::uint32_t>().subspan(first, colors.size());
+    if (band.color.data.empty()) return ofRay(view, pixel, keys, colors);
+    std::ranges::copy(band.color.as<glm::vec4>().subspan(first, colors.size()), colors.begin());
+    for (std::size_t i = 0; i < colors.size(); ++i)
+        if (colors[i].a == 0) ofRay(view, pixel, keys.subspan(i, 1), colors.subspan(i, 1));
+}
+
 void SurfaceColors::addTo(const View& view, LayeredImage& band) const {
     const std::span<const std::uint32_t> keys = band.extra.front().as<std::uint32_t>();
     FragmentArray& color = band.color;

@@ -82,6 +82,9 @@ class SurfaceColors {
     /// Writes the colours of a ray's hits: linear Rec. 709, premultiplied. Thread-safe.
     void ofRay(const View& view, const glm::ivec2& pixel, std::span<const std::uint32_t> keys,
                std::span<glm::vec4> colors) const;
+    /// Writes the colours of the hits of a ray from `first` on in a band. Splats have theirs there.
+    void ofRay(const View& view, const glm::ivec2& pixel, const LayeredImage& band,
+               std::size_t first, std::span<glm::vec4> colors) const;
     /// Sets the colours of a band of hits, LayeredImage::color, in parallel.
     void addTo(const View& view, LayeredImage& band) const;
 

@@ -293,7 +293,7 @@ void RayMaps::evaluateRows(const Bundle& bundle, const LayeredImage& band, int y
                     }
                     if (surface_colors_) {
                         scratch.colors.resize(hits);
-                        surface_colors_->ofRay(bundle.view, {x, y}, ray_keys, scratch.colors);
+                        surface_colors_->ofRay(bundle.view, {x, y}, band, begin, scratch.colors);
                     }
                     if (each_ray) {
                         const Ray ray = rayOf(bundle.view, glm::dvec2(x, y) + bundle.view.sample);

@@ -279,4 +279,28 @@ SplatPicture projectSplats(const PosedScene& posed, const View& view,
     return ordered;
 }
 
+std::vector<glm::vec3> splatColors(const PosedScene& posed, const View& view,
+                                   std::span<const std::uint32_t> keys) {
+    const std::vector<SplatPiece> pieces = piecesOf(posed, view);
+    std::vector<glm::vec3> colors(keys.size());
+    parallelFor((keys.size() + kSplatsAtOnce - 1) / kSplatsAtOnce, [&](std::size_t part) {
+        const std::size_t end = std::min(keys.size(), (part + 1) * kSplatsAtOnce);
+        for (std::size_t i = part * kSplatsAtOnce; i < end; ++i) {
+            const auto after =
+                std::ranges::upper_bound(pieces, keys[i], {}, &SplatPiece::first_key);
+            const SplatPiece& piece = *std::prev(after);
+            const std::size_t splat = keys[i] - piece.first_key;
+            const glm::dvec3 mean((*piece.means)[splat]);
+            const glm::dvec3 toward = view.projection.perspective ? unitOrZero(mean - piece.eye)
+                                                                  : unitOrZero(piece.forward);
+            glm::dvec3 color = colorToward(*piece.splats, splat, toward);
+            if (!piece.splats->linear)
+                for (int c = 0; c < 3; ++c)
+                    color[c] = linearFromSrgb(color[c]);
+            colors[i] = glm::min(color, 65504.0);
+        }
+    });
+    return colors;
+}
+
 }  // namespace peeler

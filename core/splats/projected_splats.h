@@ -3,6 +3,8 @@
 #pragma once
 
 #include <cstdint>
+#include <glm/glm.hpp>
+#include <span>
 #include <vector>
 
 #include <peeler/capture_settings.h>
@@ -51,5 +53,9 @@ bool hasLinearSplats(const PosedScene& posed);
 /// Parallel rays are projected orthographically. Results are the same for any number of threads.
 SplatPicture projectSplats(const PosedScene& posed, const View& view,
                            const CaptureSettings& settings);
+
+/// Returns the linear colours toward a view of the splats with these keys, without opacity.
+std::vector<glm::vec3> splatColors(const PosedScene& posed, const View& view,
+                                   std::span<const std::uint32_t> keys);
 
 }  // namespace peeler

@@ -110,7 +110,6 @@ void HitReader::measure(const Bundle& bundle, const LayeredImage& band, Storage&
     storage.camera_z.resize(camera_z_ ? hits.size : 0);
     storage.positions.resize(positions_ ? hits.size : 0);
     storage.base_colors.resize(colors_ ? hits.size : 0);
-    const auto keys = band.extra.at(0).as<std::uint32_t>().subspan(hits.first, hits.size);
     const auto width = static_cast<std::size_t>(band.window.width());
     const auto after = std::ranges::upper_bound(band.offsets, hits.first);
     auto pixel = static_cast<std::size_t>(after - band.offsets.begin()) - 1;
@@ -121,7 +120,7 @@ void HitReader::measure(const Bundle& bundle, const LayeredImage& band, Storage&
         const int y = band.window.y0 + static_cast<int>(pixel / width);
         const double scale = bundle.tScale(x, y);
         if (colors_)
-            colors_->ofRay(view, {x, y}, keys.subspan(i, end - i),
+            colors_->ofRay(view, {x, y}, band, hits.first + i,
                            std::span(storage.base_colors).subspan(i, end - i));
         const double along_axis = camera_z_ ? cameraZScale(view, x, y) : 1;
         for (; i < end; ++i) {

@@ -66,9 +66,9 @@ struct LayeredImage {
     std::vector<std::uint32_t> offsets;  ///< window.pixels() + 1 entries, offsets[0] = 0
     std::vector<float> z;                ///< camera Z, positive in front, scene units
     /// R,G,B,A or, with coloured opacity, R,G,B,A,AR,AG,AB (colorNames); linear Rec. 709,
-    /// premultiplied; half or float. Empty for ray hits, except with HitMode::kSloped: then the
-    /// components are dDepth.X and dDepth.Y (float), the change in buffer depth from one pixel's
-    /// ray to the next, y up.
+    /// premultiplied; half or float. Empty for ray hits, except among Gaussian splats (surfaces are
+    /// 0), and with HitMode::kSloped: then the components are dDepth.X and dDepth.Y (float), the
+    /// change in buffer depth from one pixel's ray to the next, y up.
     FragmentArray color;
     std::vector<FragmentArray> extra;  ///< one array per channel other than colour and Z
 

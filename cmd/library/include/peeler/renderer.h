@@ -150,7 +150,8 @@ class Renderer {
 
     /// Returns all hits of a bundle of rays. Z is camera Z. For parallel rays, camera Z is the
     /// distance from the plane where the rays start. The first extra array holds the keys of the
-    /// hit primitives. Base `settings` on raySettings().
+    /// hit primitives. Base `settings` on raySettings(). Among Gaussian splats, which rays of
+    /// lenses and lists do not hit, hits have colours (LayeredImage::color).
     LayeredImage rays(const Shown& shown, const Bundle& bundle, const CaptureSettings& settings,
                       RayEngine engine = RayEngine::kAuto, const Progress& progress = {});
 
