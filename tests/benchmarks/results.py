@@ -101,6 +101,11 @@ SECTIONS: Dict[str, Section] = {
         "`peeler convert --deep-error E`, of files with 4 samples a pixel, 1280x720, beside the plain file. Milliseconds are those of "
         "thinning, encoding and writing; the fastest run.",
         (("deep_thinning.py", "{build}/peeler", "spheres", "large-spheres", "forest", ENGINE, GLASSES),)),
+    "splats": Section(
+        "Gaussian splats",
+        "`peeler render` of clouds of splats, 1920x1080, beside f3d 3 of Debian 13, which draws round splats only; medians, the "
+        "fastest rates. The share of kept samples is that of `--deep-error 1/256`.",
+        (("splat_clouds.py", "{build}/peeler"),)),
     "views": Section(
         "Views",
         "PSNR, in linear light, of `peeler view` (1280x720) against a render from a camera that angle beside the file's; inf: "
