@@ -350,8 +350,8 @@ constexpr const char* kSheetFooter =
     "Options for scene, camera, clipping, light and machine, and those for layers except\n"
     "--layers, apply to scenes only; a sheet of a layered file shows the file's content.\n"
     "Errors are measured in linear premultiplied R, G, B and A against the composite of all\n"
-    "layers. A file has no draw order, so unsorted blending is shown only for scenes, next to\n"
-    "the composite of all layers.";
+    "layers. A file has no draw order, so unsorted blending is shown only for scenes (without\n"
+    "Gaussian splats), next to the composite of all layers.";
 
 }  // namespace
 

@@ -55,7 +55,7 @@ void warnOfThin(const PosedScene& posed, const SceneOptions& scene, const std::s
                 Reporter& reporter) {
     const bool thin = std::ranges::any_of(posed.meshes(), [&](const MeshInstance& mesh) {
         return std::ranges::any_of(posed.primitives(mesh), [](const Primitive& primitive) {
-            return primitive.topology < Topology::kTriangles;
+            return primitive.topology < Topology::kTriangles && !primitive.splats;
         });
     });
     if (!thin) return;

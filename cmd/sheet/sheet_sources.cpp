@@ -5,8 +5,10 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "cmd/options/clip_options.h"
 #include "cmd/options/layered_bands.h"
@@ -14,6 +16,7 @@
 #include "cmd/sheet/deep_cells.h"
 #include "core/base/stage_times.h"
 #include "core/capture/method.h"
+#include "core/splats/projected_splats.h"
 #include "formats/exr/layered_input.h"
 
 namespace peeler::cmd {
@@ -191,9 +194,10 @@ void SceneSheet::openRenderer() {
 /// Whether to show a cell of unsorted blending. Unsorted blending blends the colours of all
 /// fragments, so it can only be compared with the colour composite of all layers.
 bool SceneSheet::showsUnsorted() const {
-    return request_.methods == SheetMethods::kUnsorted && capture_.max_layers == 0 &&
-           !(capture_.occlusion_ratio > 0) && request_.cells.show == SheetShow::kColor &&
-           !request_.cells.progression && request_.cells.most_cells > 1;
+    return request_.methods == SheetMethods::kUnsorted && !hasSplats(posed_) &&
+           capture_.max_layers == 0 && !(capture_.occlusion_ratio > 0) &&
+           request_.cells.show == SheetShow::kColor && !request_.cells.progression &&
+           request_.cells.most_cells > 1;
 }
 
 void SceneSheet::describePlan(const Plan& plan, int passes) {
@@ -233,12 +237,22 @@ void SceneSheet::showLayers() {
     add(job_.times(), cells.times());
 }
 
+/// Returns the methods that can show the scene.
+std::vector<MethodInfo> SceneSheet::shownMethods() const {
+    std::vector<MethodInfo> methods(peelMethods().begin(), peelMethods().end());
+    if (hasSplats(posed_))
+        std::erase_if(methods, [](const MethodInfo& method) { return !method.exact(); });
+    return methods;
+}
+
 void SceneSheet::compareMethods() {
-    const auto methods = peelMethods();
+    const std::vector<MethodInfo> methods = shownMethods();
     const auto most = static_cast<std::size_t>(request_.cells.most_cells);
     content_.omitted = methods.size() - std::min(methods.size(), most);
-    for (const MethodInfo& method : methods.first(methods.size() - content_.omitted)) {
-        const bool first = &method == &methods.front();
+    if (methods.size() < peelMethods().size())
+        reporter_.note("methods that only composite do not show Gaussian splats; left out");
+    for (const MethodInfo& method : std::span(methods).first(methods.size() - content_.omitted)) {
+        const bool first = &method == methods.data();
         content_.cells.push_back(capture(method, first));
         if (!first) continue;
         CaptureSettings settings = capture_;
@@ -261,7 +275,7 @@ SheetCell SceneSheet::capture(const MethodInfo& method, bool exact) {
     // `cells` counts the finished cells and this one; `all` is the total.
     const auto cells = static_cast<double>(content_.cells.size() + 1);
     const bool last = request_.methods != SheetMethods::kAll;
-    const auto all = static_cast<double>(peelMethods().size() - content_.omitted);
+    const auto all = static_cast<double>(shownMethods().size() - content_.omitted);
     ProgressReport progress(reporter_, {std::string(method.name), last ? 1 : cells / all});
     SheetCell result = captureMethod(*renderer_, view_, settings, method, cell, sink,
                                      [&](double share) { progress.update(share); });

@@ -71,6 +71,7 @@ class SceneSheet {
     void compareMethods();
     void showLayers();
     bool showsUnsorted() const;
+    std::vector<MethodInfo> shownMethods() const;
     void describePlan(const Plan& plan, int passes);
     SheetCell capture(const MethodInfo& method, bool exact);
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Compares the reference (reference.py) with pictures of another renderer: PlayCanvas' splat-transform, whose WebGPU runs
-on a CPU through Mesa's lavapipe. Debian 12's Mesa lacks features, so the driver of its backports is unpacked.
+"""Compares the reference (reference.py) with pictures of another renderer: PlayCanvas' splat-transform, whose WebGPU
+runs on a CPU through Mesa's lavapipe. Debian 12's Mesa lacks features, so the driver of its backports is unpacked.
 
     python3 pictures_test.py FOLDER_OF_THE_PROGRAM
 """
@@ -46,8 +46,8 @@ def driver(folder):
         apt = ["apt-get", "-q", "-o", f"Dir::Etc::SourceList={folder}/sources.list", "-o",
                "Dir::Etc::SourceParts=/dev/null", "-o", f"Dir::State::Lists={folder}/lists", "-o",
                f"Dir::Cache={folder}/cache", "-o", "APT::Sandbox::User=root", "-o", "Debug::NoLocking=1"]
-        for words in (["update"], ["install", "--download-only", "--yes", "--reinstall", "--no-install-recommends", "-t",
-                                   suites[-1], "mesa-vulkan-drivers", "libvulkan1"]):
+        for words in (["update"], ["install", "--download-only", "--yes", "--reinstall", "--no-install-recommends",
+                                   "-t", suites[-1], "mesa-vulkan-drivers", "libvulkan1"]):
             done = subprocess.run(apt + words, capture_output=True, text=True, check=False)
             if done.returncode != 0:
                 skip(f"apt-get {words[0]} of Mesa's Vulkan drivers failed: {done.stderr.strip()[-300:]}")

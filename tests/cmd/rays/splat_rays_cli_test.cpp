@@ -124,6 +124,7 @@ TEST(SplatRays, AreMissedByOthersWithAWarning) {
         const Outcome run = traceSplats(scene, folder / "out.npz", row.options);
         EXPECT_EQ(run.exit_code, 0) << run.err;
         EXPECT_TRUE(contains(run.err, row.words)) << row.words << '\n' << run.err;
+        EXPECT_FALSE(contains(run.err, "lines and points")) << run.err;
         std::vector<std::string> strict = row.options;
         strict.insert(strict.end(), {"--strict"});
         EXPECT_EQ(traceSplats(scene, folder / "out.npz", strict).exit_code, 3) << row.words;

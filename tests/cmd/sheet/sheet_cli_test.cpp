@@ -2,6 +2,7 @@
 // Tests peeler sheet: the cells, their positions and their content.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -11,6 +12,7 @@
 #include "core/base/color.h"
 #include "core/capture/method.h"
 #include "formats/image/flat_image.h"
+#include "formats/splats/splat_files.h"
 #include "support/test_support.h"
 
 namespace peeler::test {
@@ -295,6 +297,19 @@ TEST_F(SheetOfAScene, ComparesEveryMethod) {
         }
     }
     EXPECT_EQ(cells({"--methods", "all", "--cells", "2"}).size(), 2U);
+}
+
+TEST_F(SheetOfAScene, OfSplatsHasOnlyMethodsThatShowThem) {
+    writeFile(scratch_ / "one.ply", splatPly({knownSplat()}, 0));
+    scene_ = (scratch_ / "one.ply").string();
+    const Json layers = cells({});
+    ASSERT_EQ(layers.size(), 2U);
+    EXPECT_EQ(layers.at(1).at("label"), "layer 0");
+    const Json methods = cells({"--methods", "all"});
+    EXPECT_EQ(methods.size(),
+              static_cast<std::size_t>(std::ranges::count_if(peelMethods(), &MethodInfo::exact)));
+    for (const Json& cell : methods)
+        EXPECT_LT(cell.value("max", 0.0), 1e-6) << cell;
 }
 
 TEST_F(SheetOfAScene, MethodsHaveNothingToDoWithLayersOrDepth) {
