@@ -33,7 +33,8 @@ inline constexpr Choice<Shading> kShading[] = {
     {"unlit", Shading::kUnlit, "base colour only"},
 };
 inline constexpr Choice<SplatOrder> kSplatOrders[] = {
-    {"center", SplatOrder::kCenter, "by camera Z of the splat's centre, as other viewers do"},
+    {"center", SplatOrder::kCenter,
+     "by camera Z of the splat's centre, in glTF by distance, as other viewers do"},
     {"ray", SplatOrder::kRay,
      "by camera Z of the largest response along the pixel's ray, so that splats and surfaces cross "
      "where they cross"},

@@ -48,6 +48,13 @@ glm::dmat3 rotationOf(const glm::dmat3& m) {
     return {unitOrZero(m[0]), unitOrZero(m[1]), unitOrZero(m[2])};
 }
 
+/// Rounds a distance to 21 bits. Different ones are then different when divided by the length of a
+/// pixel's ray, so that splats in order of distance are in order of Z in every pixel.
+float sortedDistance(double distance) {
+    const auto bits = std::bit_cast<std::uint32_t>(static_cast<float>(distance));
+    return std::bit_cast<float>((bits + 4) & ~7U);
+}
+
 /// The splats of one instance of a primitive.
 struct SplatPiece {
     const Splats* splats = nullptr;
@@ -63,6 +70,7 @@ class SplatProjector {
     SplatProjector(const View& view, const CaptureSettings& settings)
         : settings_(settings),
           perspective_(view.projection.perspective),
+          by_center_(settings.splat_order == SplatOrder::kCenter),
           near_(view.projection.near),
           far_(view.projection.far),
           middle_(0.5 * glm::dvec2(view.width, view.height)),
@@ -118,6 +126,8 @@ class SplatProjector {
         out.least = static_cast<float>(least);
         out.opacity = static_cast<float>(opacity);
         out.z = static_cast<float>(at.z);
+        if (splats.by_distance && by_center_ && perspective_)
+            out.distance = sortedDistance(glm::length(at));
         out.key = piece.first_key + static_cast<std::uint32_t>(i);
         setColor(piece, i, mean, out);
         if (depth) setDepth(axes, scale, at, *depth);
@@ -163,7 +173,7 @@ class SplatProjector {
     }
 
     const CaptureSettings& settings_;
-    bool perspective_;
+    bool perspective_, by_center_;
     double near_, far_;
     glm::dvec2 middle_, focal_, field_;
 };
@@ -194,15 +204,16 @@ std::vector<SplatPiece> piecesOf(const PosedScene& posed, const View& view) {
     return pieces;
 }
 
-/// Returns the indices of the splats in order of Z: a stable radix sort, since positive floats
-/// order as their bits.
+/// Returns the indices of the splats in order of distance or Z: a stable radix sort, since positive
+/// floats order as their bits.
 std::vector<std::uint32_t> orderOf(const std::vector<ProjectedSplat>& splats) {
     std::vector<std::uint32_t> order(splats.size()), next(splats.size());
     std::iota(order.begin(), order.end(), 0U);
     for (unsigned shift = 0; shift < 32; shift += 8) {
         std::array<std::uint32_t, 257> first{};
         const auto digit = [&](std::uint32_t i) {
-            return std::bit_cast<std::uint32_t>(splats[i].z) >> shift & 255U;
+            const ProjectedSplat& s = splats[i];
+            return std::bit_cast<std::uint32_t>(s.distance > 0 ? s.distance : s.z) >> shift & 255U;
         };
         for (const std::uint32_t i : order)
             ++first[digit(i) + 1];
@@ -270,6 +281,9 @@ SplatPicture projectSplats(const PosedScene& posed, const View& view,
         }
     }
     SplatPicture ordered;
+    const auto farther =
+        std::ranges::count_if(all.splats, [](const ProjectedSplat& s) { return s.distance > 0; });
+    ordered.mixed = farther != 0 && static_cast<std::size_t>(farther) != all.splats.size();
     ordered.splats.reserve(all.splats.size());
     ordered.depths.reserve(all.depths.size());
     for (const std::uint32_t i : orderOf(all.splats)) {

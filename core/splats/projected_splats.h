@@ -24,6 +24,7 @@ struct ProjectedSplat {
     float least = 0;
     float opacity = 0;
     float z = 0;                         ///< camera Z of the mean
+    float distance = 0;                  ///< of the mean, if fragments are sorted by it; else 0
     float red = 0, green = 0, blue = 0;  ///< linear, or sRGB-encoded (SplatBlending::kDisplay)
     std::uint32_t key = 0;
 };
@@ -35,10 +36,12 @@ struct SplatDepth {
     float precision[6]{};  ///< xx, xy, xz, yy, yz, zz
 };
 
-/// The splats that can have fragments in a picture, in order of Z, at equal Z in draw order.
+/// The splats that can have fragments in a picture, in order of distance or Z, at equal ones in
+/// draw order.
 struct SplatPicture {
     std::vector<ProjectedSplat> splats;
     std::vector<SplatDepth> depths;  ///< of the same splats, for SplatOrder::kRay; else empty
+    bool mixed = false;              ///< whether some splats, but not all, have a distance
 };
 
 /// Whether the scene has splats.

@@ -64,7 +64,7 @@ float depthAtPlace(const SplatDepth& depth, float x, float y) {
     return (depth.along[2] - p[2] * x - p[4] * y) / p[5];
 }
 
-/// Calls sort(entries) for each pixel's fragments, and puts the fragments in that order.
+/// Sorts each pixel's fragments by Z, then by key.
 void sortPixels(LayeredImage& image) {
     struct Entry {
         float z;
@@ -81,9 +81,11 @@ void sortPixels(LayeredImage& image) {
             entries.clear();
             for (std::uint32_t i = 0; i < count; ++i)
                 entries.push_back({image.z[first + i], keys[first + i], i});
-            std::ranges::sort(entries, [](const Entry& a, const Entry& b) {
+            const auto precedes = [](const Entry& a, const Entry& b) {
                 return a.z < b.z || (a.z == b.z && a.key < b.key);
-            });
+            };
+            if (std::ranges::is_sorted(entries, precedes)) continue;
+            std::ranges::sort(entries, precedes);
             std::byte* const to = image.color.data.data() + first * stride;
             colors.assign(to, to + count * stride);
             for (std::uint32_t i = 0; i < count; ++i) {
@@ -269,6 +271,10 @@ void SplatLayers::capture(const Window& band, LayeredImage& out) {
     const std::size_t components = out.color.components();
     const auto width = static_cast<std::size_t>(band.width());
     const PixelRays rays(view_);
+    const auto depthOn = [&](const glm::vec2& at, const SplatDepth& depth, float otherwise) {
+        return rays.perspective() ? depthAlong(depth, at.x, at.y, otherwise)
+                                  : depthAtPlace(depth, at.x, at.y);
+    };
     parallelFor(tiles.size(), [&](std::size_t tile) {
         forEachFragment(
             tiles, tile,
@@ -294,16 +300,15 @@ void SplatLayers::capture(const Window& band, LayeredImage& out) {
                     }
                     keys[f] = s.key;
                     out.z[f] = s.z;
-                    if (!by_ray) continue;
-                    const glm::vec2 at(rays.point(glm::dvec2(x + lane, y) + view_.sample, 1) *
-                                       glm::dvec3(1, -1, 1));
-                    out.z[f] = rays.perspective()
-                                   ? depthAlong(picture_.depths[index], at.x, at.y, s.z)
-                                   : depthAtPlace(picture_.depths[index], at.x, at.y);
+                    if (!by_ray && !(s.distance > 0)) continue;
+                    const glm::dvec2 at(rays.point(glm::dvec2(x + lane, y) + view_.sample, 1) *
+                                        glm::dvec3(1, -1, 1));
+                    out.z[f] = by_ray ? depthOn(at, picture_.depths[index], s.z)
+                                      : s.distance / static_cast<float>(std::hypot(at.x, at.y, 1));
                 }
             });
     });
-    if (by_ray) sortPixels(out);
+    if (by_ray || picture_.mixed) sortPixels(out);
 }
 
 }  // namespace peeler

@@ -86,6 +86,7 @@ class SplatReader {
     Splats read() {
         const std::string place = childPointer(where_ + "/extensions", kSplatExtension);
         splats_.linear = checkSplatWords(primitive_.extensions.at(kSplatExtension), place);
+        splats_.by_distance = true;  // the only sortingMethod, and the default
         if (primitive_.mode != TINYGLTF_MODE_POINTS)
             failGltf("splats must be points (mode 0)", where_ + "/mode");
         for (int degree = 1; degree <= kMostSplatDegree; ++degree)

@@ -25,16 +25,16 @@ struct Blob {
     glm::dvec3 color{0.5};  ///< sRGB
 };
 
-Scene sceneOfBlobs(const std::vector<Blob>& blobs, double dilation = 0,
-                   const glm::dmat4& placement = glm::dmat4(1)) {
+Scene sceneOfBlobs(const std::vector<Blob>& blobs, double dilation = 0, bool by_distance = false) {
     SceneBuilder builder;
     const int material = builder.material({1, 1, 1, 1});
-    builder.triangles({{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}, material, placement);
+    builder.triangles({{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}, material);
     Primitive& primitive = builder.scene().meshes.back().primitives.front();
     primitive.topology = Topology::kPoints;
     primitive.positions.clear();
     const auto splats = std::make_shared<Splats>();
     splats->dilation = dilation;
+    splats->by_distance = by_distance;
     for (const Blob& blob : blobs) {
         primitive.positions.emplace_back(blob.mean);
         splats->scales.emplace_back(blob.scale);
@@ -200,6 +200,79 @@ TEST(SplatLayers, EqualAReferenceInDoublePrecision) {
             EXPECT_LT(unsure_pixels, 200U);
             EXPECT_LE(swapped, 4U);
         }
+    }
+}
+
+/// Returns the Z at which the ray of a pixel of testView(64, 48) is this far from the camera.
+double zAtDistance(double distance, int x, int y) {
+    return distance / std::hypot((x + 0.5 - 32) / 48, (y + 0.5 - 24) / 48, 1);
+}
+
+TEST(SplatLayers, MayBeSortedByDistance) {
+    const View view = testView(64, 48);
+    const std::vector<Blob> blobs = {{.mean = {1.2, 0, -3}, .scale = glm::dvec3(0.5)},
+                                     {.mean = {0, 0, -3.1}, .scale = glm::dvec3(0.5)}};
+    for (const bool by_distance : {false, true}) {
+        const LayeredImage image =
+            splatLayersOf(sceneOfBlobs(blobs, 0, by_distance), view, floatColors());
+        const auto keys = image.extra.front().as<std::uint32_t>();
+        const std::size_t pixel = image.pixelIndex(40, 20);
+        ASSERT_EQ(image.count(pixel), 2U);
+        const std::uint32_t f = image.offsets[pixel];
+        EXPECT_EQ(keys[f], by_distance ? 2U : 1U);
+        EXPECT_NEAR(image.z[f], by_distance ? zAtDistance(3.1, 40, 20) : 3, 1e-6);
+        EXPECT_NEAR(image.z[f + 1], by_distance ? zAtDistance(std::hypot(1.2, 3), 40, 20) : 3.1,
+                    1e-6);
+        // Parallel rays have no distance from a point.
+        View parallel = view;
+        parallel.projection.perspective = false;
+        const LayeredImage flat =
+            splatLayersOf(sceneOfBlobs(blobs, 0, by_distance), parallel, floatColors());
+        const std::size_t middle = flat.pixelIndex(62, 24);
+        ASSERT_EQ(flat.count(middle), 2U);
+        EXPECT_EQ(flat.z[flat.offsets[middle]], 3);
+    }
+}
+
+void expectInOrder(const LayeredImage& image) {
+    const auto keys = image.extra.front().as<std::uint32_t>();
+    for (std::size_t p = 0; p < image.window.pixels(); ++p)
+        for (std::uint32_t f = image.offsets[p] + 1; f < image.offsets[p + 1]; ++f)
+            ASSERT_LT(std::pair(image.z[f - 1], keys[f - 1]), std::pair(image.z[f], keys[f]));
+}
+
+TEST(SplatLayers, OfEqualZAreInDrawOrder) {
+    // Distances that are no longer different after a division; the farthest is drawn first.
+    std::vector<Blob> blobs;
+    float distance = 3.99F;
+    for (int i = 0; i < 8; ++i) {
+        blobs.push_back({.mean = {0, 0, -distance}, .scale = glm::dvec3(2)});
+        distance = std::nextafter(distance, 0.0F);
+    }
+    const View view = testView(64, 48);
+    const LayeredImage image = splatLayersOf(sceneOfBlobs(blobs, 0, true), view, floatColors());
+    ASSERT_EQ(image.fragments(), 8 * view.crop.pixels());
+    expectInOrder(image);
+}
+
+TEST(SplatLayers, SortedByDistanceAndByZAreSortedTogether) {
+    Scene scene = sceneOfBlobs(randomBlobs(300, 5), 0.3);
+    const Scene others = sceneOfBlobs(randomBlobs(300, 6), 0.3, true);
+    scene.meshes.back().primitives.push_back(others.meshes.back().primitives.front());
+    const View view = testView(64, 48);
+    const LayeredImage image = splatLayersOf(scene, view, floatColors());
+    expectInOrder(image);
+    const auto keys = image.extra.front().as<std::uint32_t>();
+    for (std::size_t f = 0; f < image.fragments(); ++f) {
+        const bool by_distance = keys[f] > 300;
+        const Scene& from = by_distance ? others : scene;
+        const glm::dvec3 mean(from.meshes.back().primitives.front().positions[(keys[f] - 1) % 300]);
+        const auto pixel = static_cast<int>(
+            std::ranges::upper_bound(image.offsets, static_cast<std::uint32_t>(f)) -
+            image.offsets.begin() - 1);
+        const double wanted =
+            by_distance ? zAtDistance(glm::length(mean), pixel % 64, pixel / 64) : -mean.z;
+        ASSERT_NEAR(image.z[f], wanted, 1e-6 * wanted);
     }
 }
 

@@ -60,6 +60,7 @@ TEST(GltfSplats, ColoursMayBeLinear) {
     const Scene scene = load(builder);
     EXPECT_TRUE(splatsIn(scene).linear);
     EXPECT_EQ(splatsIn(scene).dilation, 0);
+    EXPECT_TRUE(splatsIn(scene).by_distance);
     EXPECT_TRUE(scene.warnings.empty());
 }
 

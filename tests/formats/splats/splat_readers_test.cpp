@@ -47,6 +47,7 @@ struct SplatFormat {
     Rounding rounding;
     int most_degree = 3;
     double dilation = 0.3;
+    bool by_distance = false;
 };
 
 std::vector<SplatFormat> formats(const ScratchDir& folder) {
@@ -64,7 +65,8 @@ std::vector<SplatFormat> formats(const ScratchDir& folder) {
          },
          {},
          3,
-         0},
+         0,
+         true},
         {"d.spz",
          [](const auto& splats, int degree) { return gzip(unpackedSpzOf(splats, degree, 2)); },
          {0, 0, 3 / 127.5 * kHalf, 0, 1 / 255.0 / 0.15 * kHalf, 0}},
@@ -89,6 +91,7 @@ TEST_F(SplatReaders, EveryFormatGivesItsSplats) {
             expectSplat(scene, 0, knownSplat(), degree, format.rounding);
             expectSplat(scene, 1, knownSplat(2), degree, format.rounding);
             EXPECT_EQ(splatsOf(scene).dilation, format.dilation);
+            EXPECT_EQ(splatsOf(scene).by_distance, format.by_distance);
             EXPECT_FALSE(splatsOf(scene).compensated);
             EXPECT_FALSE(splatsOf(scene).linear);
             checkScene(scene);

@@ -48,8 +48,10 @@ enum class HitMode : std::uint8_t {
 
 /// The depth of a Gaussian splat's fragments, by which they are sorted.
 enum class SplatOrder : std::uint8_t {
-    kCenter,  ///< camera Z of the splat's mean
-    kRay      ///< camera Z of the largest response along the pixel's ray
+    /// Camera Z of the splat's mean. With Splats::by_distance: the Z at which the pixel's ray is as
+    /// far from the camera as the mean.
+    kCenter,
+    kRay  ///< camera Z of the largest response along the pixel's ray
 };
 
 /// The colour values in which Gaussian splats are blended.

@@ -88,6 +88,7 @@ struct Splats {
     bool linear = false;       ///< whether colours are linear instead of sRGB
     double dilation = 0;       ///< variance added to the projected splat, square pixels
     bool compensated = false;  ///< whether the dilated splat's opacity is reduced (Mip-Splatting)
+    bool by_distance = false;  ///< whether SplatOrder::kCenter sorts by distance instead of Z
 
     std::size_t size() const { return opacities.size(); }
     /// Returns the number of coefficients of a degree, per splat.
