@@ -5,6 +5,7 @@
 
 #include "core/base/process_memory.h"
 #include "core/image/channels.h"
+#include "core/splats/splat_channels.h"
 
 namespace peeler {
 
@@ -50,7 +51,8 @@ BandBudget::BandBudget(const GlPlan& plan, const PlanMethods& methods, const Ban
         costs_.use.fragment = capture.fragmentBytes() + sizeof(float) + color + channels;
         // The layers of surfaces and of splats, until they are merged.
         if (capture.showsSplats())
-            costs_.use.fragment += 2 * (sizeof(float) + sizeof(std::uint32_t) + color + channels);
+            costs_.use.fragment += 2 * (sizeof(float) + sizeof(std::uint32_t) + color + channels) +
+                                   splatChannelBytes(settings.channels);
         if (overlaps) {
             costs_.use.fragment += capture.copiedFragmentBytes();
             costs_.use.pixel += capture.copiedPixelBytes();

@@ -140,9 +140,10 @@ class BandCapture {
     }
     /// Whether the scene has Gaussian splats.
     bool hasSplats() const { return splats_.has_value(); }
-    /// Whether captures show them: SplatHits adds those that rays hit.
+    /// Whether captures show them: SplatHits adds those that rays hit, and shadow maps have none.
     bool showsSplats() const {
-        return hasSplats() && pass_context_.settings.hit_mode == HitMode::kNone;
+        return hasSplats() && pass_context_.settings.hit_mode == HitMode::kNone &&
+               !pass_context_.settings.opaque_only;
     }
     std::uint64_t splatBytes() const { return splats_ ? splats_->splats.bytes() : 0; }
     /// Returns the surface of the primitive with this key (DrawList::surfaceOf). Every splat is a

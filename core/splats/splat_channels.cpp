@@ -9,6 +9,10 @@
 
 namespace peeler {
 
+std::uint64_t splatChannelBytes(std::span<const Channel> channels) {
+    return sizeof(std::uint32_t) + sizeof(glm::vec3) + shadedComponents(channels) * sizeof(float);
+}
+
 void fillSplatChannels(const PosedScene& posed, const View& view, std::span<const Channel> channels,
                        const NextFrame* next, LayeredImage& band) {
     const std::size_t count = band.fragments();

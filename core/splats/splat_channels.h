@@ -15,6 +15,9 @@
 
 namespace peeler {
 
+/// Returns the bytes per fragment that fillSplatChannels() takes temporarily.
+std::uint64_t splatChannelBytes(std::span<const Channel> channels);
+
 /// Fills the channels of a band of splats, which are the arrays behind that of the keys, extra[0].
 /// The base colour is the splat's, without opacity. Of the channels that shaders compute, a splat
 /// has no others: they are 0. `next` is as in FragmentSources.

@@ -73,7 +73,7 @@ BandCosts mergedCosts(const SplatPlan& details, const Plan& plan, const SplatLay
                       const Sink& sink) {
     BandCosts costs = hitBandCosts(plan, details.settings, details.complexity, sink);
     const std::uint64_t hit = sizeof(float) + plan.channel_bytes;
-    costs.use.fragment += hit + 2 * kColorBytes;
+    costs.use.fragment += hit + 2 * kColorBytes + splatChannelBytes(details.settings.channels);
     costs.use.pixel += 2 * sizeof(std::uint32_t);
     costs.use.fixed += splats.bytes();
     const auto width = static_cast<std::uint64_t>(plan.view.crop.width());

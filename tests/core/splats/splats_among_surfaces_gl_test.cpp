@@ -152,6 +152,18 @@ TEST(SplatsAlone, NeedNoContext) {
     EXPECT_TRUE(with_context.canShow(PosedScene(among, 0)));
 }
 
+TEST(SplatsAmongSurfaces, CastNoShadows) {
+    SceneBuilder builder;
+    addSplats(builder, 200);
+    builder.rectangle(4, 4, -5, builder.lit(builder.material({1, 1, 1, 1}, AlphaMode::kOpaque)));
+    builder.light({.type = LightType::kDirectional}, glm::dmat4(1));
+    const View view = testView(48, 36);
+    CaptureSettings settings;
+    const LayeredImage without = capture(builder.scene(), view, settings).image;
+    settings.shadows = true;
+    EXPECT_EQ(difference(capture(builder.scene(), view, settings).image, without), "");
+}
+
 TEST(SplatsAmongSurfaces, SamplesOfASplatMergeWithItsOwn) {
     const View view = testView(32, 24);
     const Scene scene = panesAmongSplats(false);
