@@ -156,7 +156,9 @@ TEST(SplatsAmongSurfaces, CastNoShadows) {
     SceneBuilder builder;
     addSplats(builder, 200);
     builder.rectangle(4, 4, -5, builder.lit(builder.material({1, 1, 1, 1}, AlphaMode::kOpaque)));
-    builder.light({.type = LightType::kDirectional}, glm::dmat4(1));
+    Light sun;
+    sun.type = LightType::kDirectional;
+    builder.light(sun, glm::dmat4(1));
     const View view = testView(48, 36);
     CaptureSettings settings;
     const LayeredImage without = capture(builder.scene(), view, settings).image;
