@@ -128,9 +128,9 @@ def far_apart(ours, theirs):
     return float((np.abs(ours - theirs) / np.maximum(np.abs(theirs), 1)).max(initial=0))
 
 
-def compare(test, captured, cloud, camera, dilation, by_ray=False):
-    """Compares all fragments with the reference's. Returns the largest differences (z, alpha, color, composite) and the
-    picture (height, width, 4) of the reference's values."""
+def compare(test, captured, cloud, camera, dilation, by_ray=False, stored=False):
+    """Compares all fragments with the reference's. Returns the largest differences (z, alpha, color) and the
+    picture (height, width, 4) of the reference's values: in linear light, or of colours as they are stored."""
     found = reference.fragments(cloud, camera, dilation, by_ray)
     margin, alpha, z = (array.reshape(len(cloud.means), -1) for array in (found.margin, found.alpha, found.z))
     ours = np.zeros(margin.shape, bool)
@@ -149,17 +149,13 @@ def compare(test, captured, cloud, camera, dilation, by_ray=False):
     test.assertGreater(steps[~first[1:]].min(initial=0), -CLOSE, "order")
     ties = ~first[1:] & (np.diff(captured.z) <= 0)
     test.assertTrue((np.diff(captured.splat)[ties] > 0).all(), "order of equal depths")
-    picture = np.stack([reference.over(alpha[captured.splat[part], p], color[captured.splat[part]]) for p, part in
-                        enumerate(slice(*pair) for pair in zip(captured.splits[:-1], captured.splits[1:]))])
-    own = np.stack([over_premultiplied(captured.alpha[part], captured.color[part]) for part in
-                    (slice(*pair) for pair in zip(captured.splits[:-1], captured.splits[1:]))])
+    pixels = [slice(*pair) for pair in zip(captured.splits[:-1], captured.splits[1:])]
+    shown = reference.colors(cloud, camera) if stored else color
+    picture = np.stack([reference.over(alpha[captured.splat[part], p], shown[captured.splat[part]])
+                        for p, part in enumerate(pixels)])
     apart = (far_apart(captured.z, z[at]), far_apart(captured.alpha, alpha[at]),
-             far_apart(captured.color, color[captured.splat] * alpha[at][:, None]), far_apart(own, picture))
-    for what, value in zip(("z", "alpha", "color", "composite"), apart):
+             far_apart(captured.color, color[captured.splat] * alpha[at][:, None]))
+    for what, value in zip(("z", "alpha", "color"), apart):
         test.assertLess(value, CLOSE, what)
     return apart, picture.reshape(camera.size[1], camera.size[0], 4)
 
-
-def over_premultiplied(alpha, color):
-    through = np.concatenate([[1.0], np.cumprod(1 - alpha.astype(float))])
-    return np.append(through[:-1] @ color, 1 - through[-1])

@@ -5,6 +5,7 @@ PEELER_TEST_ALL takes more scenes and larger pictures."""
 import itertools
 import os
 import pathlib
+import subprocess
 import tempfile
 import unittest
 
@@ -32,6 +33,10 @@ class Reference(unittest.TestCase):
         self.folder = pathlib.Path(scratch.name)
         self.random = np.random.default_rng(49)
 
+    def composite(self, scene, camera, *words):
+        render(scene, self.folder / "flat.exr", "--as", "composite", *options(camera), *words)
+        return oiio.ImageBuf(str(self.folder / "flat.exr")).get_pixels(oiio.FLOAT)
+
     def check(self, cloud, camera, dilation=None, by_ray=False, least=1000):
         scene = self.folder / "cloud.ply"
         cloud = write_ply(scene, cloud)
@@ -41,8 +46,10 @@ class Reference(unittest.TestCase):
         captured = Captured(scene, camera, self.folder, *words)
         self.assertGreater(len(captured.pixel), least)
         apart, picture = compare(self, captured, cloud, camera, 0.3 if dilation is None else dilation, by_ray)
+        composite = far_apart(self.composite(scene, camera, *words)[..., :4], picture)
         print(f"{self._testMethodName}{' by ray' * by_ray}: {len(captured.pixel)} fragments differ by at most "
-              "{:.1e} (Z), {:.1e} (alpha), {:.1e} (colour), {:.1e} (composite)".format(*apart))
+              "{:.1e} (Z), {:.1e} (alpha), {:.1e} (colour), {:.1e} (composite)".format(*apart, composite))
+        self.assertLess(composite, CLOSE)
         return captured, picture
 
     def test_random_splats(self):
@@ -75,17 +82,14 @@ class Reference(unittest.TestCase):
 
     def test_files(self):
         camera, scene = CAMERAS["perspective"], self.folder / "cloud.ply"
-        captured, picture = self.check(random_cloud(self.random, 100, 3), camera, by_ray=True)
+        captured, _ = self.check(random_cloud(self.random, 100, 3), camera, by_ray=True)
         words = [*options(camera), "--splat-order", "ray"]
         width, height = camera.size
 
-        flat = self.folder / "flat.exr"
-        render(scene, flat, "--as", "composite", *words)
-        composite = oiio.ImageBuf(str(flat)).get_pixels(oiio.FLOAT)
-        self.assertLess(far_apart(composite[..., :4], picture), CLOSE)
         counts = np.diff(captured.splits)
         seen = counts > 0
-        np.testing.assert_array_equal(composite[..., 4].ravel()[seen], captured.z[captured.splits[:-1][seen]])
+        nearest = self.composite(scene, camera, "--splat-order", "ray")[..., 4].ravel()[seen]
+        np.testing.assert_array_equal(nearest, captured.z[captured.splits[:-1][seen]])
 
         deep = self.folder / "deep.exr"
         render(scene, deep, "--as", "deep", "--deep-merge", "off", *words)
@@ -121,14 +125,54 @@ class Reference(unittest.TestCase):
             found[at] = np.array(samples).reshape(-1, 5)
         return found
 
+    def test_blending_of_displays(self):
+        """Composites of stored colours: in a PNG over black, and decoded in an EXR, without a background."""
+        camera, scene = CAMERAS["perspective"], self.folder / "cloud.ply"
+        cloud = write_ply(scene, random_cloud(self.random, 100, 3))
+        captured = Captured(scene, camera, self.folder)
+        _, picture = compare(self, captured, cloud, camera, 0.3, stored=True)
+        display = ["--splat-blending", "display"]
+        render(scene, self.folder / "black.png", "--samples", "1", "--background", "black", *options(camera), *display)
+        pixels = oiio.ImageBuf(str(self.folder / "black.png")).get_pixels(oiio.UINT8)[..., :3].astype(int)
+        apart = np.abs(pixels - 255 * np.clip(picture[..., :3], 0, 1))
+        print(f"PNG blended in display space: differs by at most {apart.max():.4f} of 255")
+        self.assertLess(apart.max(), 0.5 + 255 * CLOSE)
+
+        composite = self.composite(scene, camera, *display)
+        alpha = picture[..., 3:]
+        color = np.divide(picture[..., :3], alpha, out=np.zeros_like(picture[..., :3]), where=alpha > 0)
+        apart = far_apart(composite[..., :4], np.concatenate([reference.linear(color) * alpha, alpha], -1))
+        print(f"EXR blended in display space: differs by at most {apart:.1e}")
+        self.assertLess(apart, CLOSE)
+
+    def test_hits_of_rays(self):
+        """The rays through the pixels hit the splats of these pixels where they are densest."""
+        camera, scene = CAMERAS["perspective"], self.folder / "cloud.ply"
+        captured, _ = self.check(random_cloud(self.random, 100, 2), camera, by_ray=True)
+        out, (width, height) = self.folder / "hits.npz", camera.size
+        subprocess.run([os.environ["PEELER"], "rays", scene, "-o", out, "--quiet", "--engine", "cpu", "--columns",
+                        "t_hit,primitive_ids,base_color", *options(camera)], check=True)
+        hits = np.load(out)
+        np.testing.assert_array_equal(hits["ray_splits"], captured.splits)
+        np.testing.assert_array_equal(hits["primitive_ids"], captured.splat)
+        pixels = np.stack([captured.pixel % width, captured.pixel // width], -1) + 0.5
+        slopes = (pixels - camera.middle) / camera.focal
+        apart = far_apart(hits["t_hit"], captured.z * np.sqrt((slopes**2).sum(-1) + 1))
+        self.assertLess(apart, CLOSE)
+        color = np.column_stack([captured.color / captured.alpha[:, None], captured.alpha])
+        self.assertLess(far_apart(hits["base_color"], color), CLOSE)
+
     def test_methods_find_the_same_bytes(self):
         scene, camera = self.folder / "cloud.ply", CAMERAS["perspective"]
         write_ply(scene, random_cloud(self.random, 60, 2))
         for order in ("center", "ray"):
-            whole = Captured(scene, camera, self.folder, "--splat-order", order)
+            words = ["--splat-order", order, "--method"]
+            whole = Captured(scene, camera, self.folder, *words, "a-buffer")
+            composite = self.composite(scene, camera, *words, "a-buffer").tobytes()
             self.assertGreater(len(whole.pixel), 1000)
-            for method in METHODS:
-                other = Captured(scene, camera, self.folder, "--splat-order", order, "--method", method)
+            for method in METHODS if ALL or order == "ray" else METHODS[:1]:
+                other = Captured(scene, camera, self.folder, *words, method)
+                self.assertEqual(self.composite(scene, camera, *words, method).tobytes(), composite)
                 for name, values in vars(whole).items():
                     self.assertEqual(values.tobytes(), vars(other)[name].tobytes(), f"{method}, {order}: {name}")
 
@@ -160,7 +204,7 @@ class Reference(unittest.TestCase):
         write_gltf(scene, cloud)
         captured = Captured(scene, camera, self.folder, "--splat-order", "ray")
         apart, _ = compare(self, captured, cloud, camera, 0, by_ray=True)
-        print("glTF: {:.1e} (Z), {:.1e} (alpha), {:.1e} (colour), {:.1e} (composite)".format(*apart))
+        print("glTF: {:.1e} (Z), {:.1e} (alpha), {:.1e} (colour)".format(*apart))
 
 
 if __name__ == "__main__":
