@@ -128,10 +128,10 @@ def far_apart(ours, theirs):
     return float((np.abs(ours - theirs) / np.maximum(np.abs(theirs), 1)).max(initial=0))
 
 
-def compare(test, captured, cloud, camera, dilation, by_ray=False, stored=False):
+def compare(test, captured, cloud, camera, dilation, order="z", stored=False):
     """Compares all fragments with the reference's. Returns the largest differences (z, alpha, color) and the
     picture (height, width, 4) of the reference's values: in linear light, or of colours as they are stored."""
-    found = reference.fragments(cloud, camera, dilation, by_ray)
+    found = reference.fragments(cloud, camera, dilation, order)
     margin, alpha, z = (array.reshape(len(cloud.means), -1) for array in (found.margin, found.alpha, found.z))
     ours = np.zeros(margin.shape, bool)
     ours[captured.splat, captured.pixel] = True

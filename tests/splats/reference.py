@@ -124,8 +124,9 @@ class Fragments(NamedTuple):
     exponent: np.ndarray  # (n, height, width)
 
 
-def fragments(cloud, camera, dilation, by_ray=False):
-    """Returns the fragments at the centres of pixels."""
+def fragments(cloud, camera, dilation, order="z"):
+    """Returns the fragments at the centres of pixels. Their depths, by which they are sorted, are camera Z: "z" and
+    "distance" of the mean, "ray" of the largest response along the pixel's ray."""
     splats = project(cloud, camera, dilation)
     pixels = np.stack(np.meshgrid(*(np.arange(n) + 0.5 for n in camera.size)), -1)
     away = pixels - splats.means[:, None, None]
@@ -135,10 +136,13 @@ def fragments(cloud, camera, dilation, by_ray=False):
         margin = np.minimum(exponent + REACH**2 / 2, np.log(opacity) + exponent - np.log(LEAST))
     margin = np.where(splats.at[:, 2, None, None] > camera.near, margin, -np.inf)
     z = np.broadcast_to(splats.at[:, 2, None, None], margin.shape)
-    if by_ray:  # the largest response along the ray: where it meets the mean's conjugate plane
+    slopes = (pixels - camera.middle) / camera.focal
+    one, none = np.ones_like(slopes[..., :1]), np.zeros_like(slopes)
+    if order == "distance":
+        away = np.linalg.norm(splats.at, axis=1)[:, None, None]
+        z = away / np.linalg.norm(np.concatenate([slopes, one], -1), axis=-1)
+    if order == "ray":  # it meets the mean's conjugate plane
         thick = np.maximum(cloud.scales, THIN * cloud.scales.max(1, keepdims=True))
-        slopes = (pixels - camera.middle) / camera.focal
-        one, none = np.ones_like(slopes[..., :1]), np.zeros_like(slopes)
         origin, ray = (np.concatenate(parts, -1) for parts in
                        (((slopes, 0 * one), (none, one)) if camera.parallel else ((none, 0 * one), (slopes, one))))
         white = splats.axes.transpose(0, 2, 1) / thick[:, :, None]  # to where the splat is a unit sphere

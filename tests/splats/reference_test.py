@@ -51,7 +51,8 @@ class Reference(unittest.TestCase):
             words += ["--splat-dilation", str(dilation)]
         captured = Captured(scene, camera, self.folder, *words)
         self.assertGreater(len(captured.pixel), least)
-        apart, picture = compare(self, captured, cloud, camera, 0.3 if dilation is None else dilation, by_ray)
+        apart, picture = compare(self, captured, cloud, camera, 0.3 if dilation is None else dilation,
+                                 "ray" if by_ray else "z")
         composite = far_apart(self.composite(scene, camera, *words)[..., :4], picture)
         print(f"{self._testMethodName}{' by ray' * by_ray}: {len(captured.pixel)} fragments differ by at most "
               "{:.1e} (Z), {:.1e} (alpha), {:.1e} (colour), {:.1e} (composite)".format(*apart, composite))
@@ -203,14 +204,15 @@ class Reference(unittest.TestCase):
             print("turned, {}: {:.1e} (Z), {:.1e} (alpha), {:.1e} (colour)".format(order, *apart))
             self.assertLess(max(apart), CLOSE)
 
-    def test_gltf_equals_ply(self):
-        """The same floats in a glTF show the same, apart from its order by distance."""
+    def test_gltf(self):
+        """Splats of a glTF are not dilated, and sorted by the distances of their centres."""
         camera, scene = CAMERAS["perspective"], self.folder / "cloud.glb"
         cloud = write_ply(self.folder / "cloud.ply", random_cloud(self.random, 150, 2))
         write_gltf(scene, cloud)
-        captured = Captured(scene, camera, self.folder, "--splat-order", "ray")
-        apart, _ = compare(self, captured, cloud, camera, 0, by_ray=True)
-        print("glTF: {:.1e} (Z), {:.1e} (alpha), {:.1e} (colour)".format(*apart))
+        for option, order in (("center", "distance"), ("ray", "ray")):
+            captured = Captured(scene, camera, self.folder, "--splat-order", option)
+            apart, _ = compare(self, captured, cloud, camera, 0, order)
+            print("glTF by {}: {:.1e} (Z), {:.1e} (alpha), {:.1e} (colour)".format(order, *apart))
 
 
 if __name__ == "__main__":
