@@ -60,10 +60,16 @@ struct SplatPiece {
     const Splats* splats = nullptr;
     const std::vector<glm::vec3>* means = nullptr;
     glm::dmat4 camera_from_mesh{1};  ///< to camera space, x right, y down, z forward
-    glm::dvec3 eye{0};               ///< in mesh space
-    glm::dvec3 forward{0};           ///< of parallel rays, in mesh space
+    glm::dmat3 toward_mesh{1};       ///< turns directions of camera space to mesh space
     std::uint32_t first_key = 0;
 };
+
+/// Returns the direction of the camera's ray to a mean, of length 1, in mesh space.
+glm::dvec3 rayTo(const SplatPiece& piece, const glm::dvec3& mean, bool perspective) {
+    const glm::dvec3 ray = perspective ? glm::dvec3(piece.camera_from_mesh * glm::dvec4(mean, 1))
+                                       : glm::dvec3(0, 0, 1);
+    return unitOrZero(piece.toward_mesh * ray);
+}
 
 class SplatProjector {
   public:
@@ -138,9 +144,7 @@ class SplatProjector {
   private:
     void setColor(const SplatPiece& piece, std::size_t i, const glm::dvec3& mean,
                   ProjectedSplat& out) const {
-        const glm::dvec3 toward =
-            perspective_ ? unitOrZero(mean - piece.eye) : unitOrZero(piece.forward);
-        glm::dvec3 color = colorToward(*piece.splats, i, toward);
+        glm::dvec3 color = colorToward(*piece.splats, i, rayTo(piece, mean, perspective_));
         const bool encoded = settings_.splat_blending == SplatBlending::kDisplay;
         for (int c = 0; c < 3; ++c) {
             if (encoded && piece.splats->linear) color[c] = srgbFromLinear(color[c]);
@@ -193,11 +197,9 @@ std::vector<SplatPiece> piecesOf(const PosedScene& posed, const View& view) {
         piece.splats = primitive.splats.get();
         piece.means = &posed.positions(instance, surface.primitive);
         piece.camera_from_mesh = camera_from_world * instance.world;
-        // Colours turn with the node, but are not scaled.
-        const glm::dmat3 turn = rotationOf(glm::dmat3(instance.world));
-        const glm::dmat4 mesh_from_world = glm::inverse(instance.world);
-        piece.eye = glm::dvec3(mesh_from_world * view.camera_to_world[3]);
-        piece.forward = glm::transpose(turn) * -glm::dvec3(view.camera_to_world[2]);
+        // Colours turn with the node, but its scale does not change them.
+        piece.toward_mesh = glm::transpose(rotationOf(glm::dmat3(instance.world))) *
+                            glm::inverse(glm::dmat3(camera_from_world));
         piece.first_key = surface.first_key;
         pieces.push_back(piece);
     }
@@ -304,9 +306,8 @@ std::vector<glm::vec3> splatColors(const PosedScene& posed, const View& view,
                 std::ranges::upper_bound(pieces, keys[i], {}, &SplatPiece::first_key);
             const SplatPiece& piece = *std::prev(after);
             const std::size_t splat = keys[i] - piece.first_key;
-            const glm::dvec3 mean((*piece.means)[splat]);
-            const glm::dvec3 toward = view.projection.perspective ? unitOrZero(mean - piece.eye)
-                                                                  : unitOrZero(piece.forward);
+            const glm::dvec3 toward =
+                rayTo(piece, glm::dvec3((*piece.means)[splat]), view.projection.perspective);
             glm::dvec3 color = colorToward(*piece.splats, splat, toward);
             if (!piece.splats->linear)
                 for (int c = 0; c < 3; ++c)

@@ -18,6 +18,7 @@ class Cloud(NamedTuple):
     opacities: np.ndarray  # (n,)
     harmonics: np.ndarray  # (n, (degree + 1)², 3)
     compensated: bool = False  # antialiased training
+    node: np.ndarray = np.eye(4)  # to the world
 
 
 class Camera(NamedTuple):
@@ -81,8 +82,11 @@ def linear(color):
 
 def colors(cloud, camera):
     """Returns the stored colours (n, 3), 0 or more, towards the centres, or along parallel rays."""
-    turn, eye = camera.pose[:, :3], -camera.pose[:, :3].T @ camera.pose[:, 3]
-    toward = np.broadcast_to(turn[2], cloud.means.shape) if camera.parallel else cloud.means - eye
+    turn, eye = camera.pose[:, :3], -np.linalg.inv(camera.pose[:, :3]) @ camera.pose[:, 3]
+    means = cloud.means @ cloud.node[:3, :3].T + cloud.node[:3, 3]
+    toward = np.broadcast_to(turn[2], means.shape) if camera.parallel else means - eye
+    # KHR_gaussian_splatting: harmonics turn with the node, but are not scaled.
+    toward = toward @ (cloud.node[:3, :3] / np.linalg.norm(cloud.node[:3, :3], axis=0))
     bases = harmonics(round(sqrt(cloud.harmonics.shape[1])) - 1, toward / np.linalg.norm(toward, axis=1, keepdims=True))
     return np.maximum(0.5 + np.einsum("nk,nkc->nc", bases, cloud.harmonics), 0)
 
@@ -92,13 +96,14 @@ class Projected(NamedTuple):
     covariances: np.ndarray  # (n, 2, 2), dilated
     opacities: np.ndarray  # (n,)
     at: np.ndarray  # (n, 3), camera space
-    axes: np.ndarray  # (n, 3, 3), camera space; columns of length 1
+    axes: np.ndarray  # (n, 3, 3), camera space: columns, of length 1 if the node has no scale
 
 
 def project(cloud, camera, dilation):
     """Projects covariances: J W Σ Wᵀ Jᵀ + dilation. Slopes in J are limited to the field of view and a margin."""
-    at = cloud.means @ camera.pose[:, :3].T + camera.pose[:, 3]
-    axes = camera.pose[:, :3] @ rotations(cloud.turns)
+    to_camera = camera.pose @ cloud.node
+    at = cloud.means @ to_camera[:, :3].T + to_camera[:, 3]
+    axes = to_camera[:, :3] @ rotations(cloud.turns)
     spread = (axes * cloud.scales[:, None] ** 2) @ axes.transpose(0, 2, 1)
     depth = np.ones(len(at)) if camera.parallel else at[:, 2]
     field = FIELD * camera.middle / camera.focal
@@ -145,7 +150,7 @@ def fragments(cloud, camera, dilation, order="z"):
         thick = np.maximum(cloud.scales, THIN * cloud.scales.max(1, keepdims=True))
         origin, ray = (np.concatenate(parts, -1) for parts in
                        (((slopes, 0 * one), (none, one)) if camera.parallel else ((none, 0 * one), (slopes, one))))
-        white = splats.axes.transpose(0, 2, 1) / thick[:, :, None]  # to where the splat is a unit sphere
+        white = np.linalg.inv(splats.axes * thick[:, None])  # to where the splat is a unit sphere
         steps = np.einsum("nij,yxj->nyxi", white, ray)
         to_mean = np.einsum("nij,nyxj->nyxi", white, splats.at[:, None, None] - origin)
         along = (steps * to_mean).sum(-1) / (steps**2).sum(-1)

@@ -205,11 +205,15 @@ class Reference(unittest.TestCase):
             self.assertLess(max(apart), CLOSE)
 
     def test_gltf(self):
-        """Splats of a glTF are not dilated, and sorted by the distances of their centres."""
-        camera, scene = CAMERAS["perspective"], self.folder / "cloud.glb"
-        cloud = write_ply(self.folder / "cloud.ply", random_cloud(self.random, 150, 2))
-        write_gltf(scene, cloud)
-        for option, order in (("center", "distance"), ("ray", "ray")):
+        """Splats of a glTF are not dilated, and sorted by distance; nodes turn and stretch them."""
+        scene = self.folder / "cloud.glb"
+        node = np.eye(4)
+        node[:3, :3] = reference.rotations(np.array([[0.3, -0.7, 0.5, 0.4]]))[0] * [1.5, 0.8, 0.5]
+        cloud = write_ply(self.folder / "cloud.ply", random_cloud(self.random, 150, 2))._replace(node=node)
+        write_gltf(scene, cloud, node)
+        for name, option, order in (("perspective", "center", "distance"), ("perspective", "ray", "ray"),
+                                    ("parallel", "ray", "ray")):
+            camera = CAMERAS[name]
             captured = Captured(scene, camera, self.folder, "--splat-order", option)
             apart, _ = compare(self, captured, cloud, camera, 0, order)
             print("glTF by {}: {:.1e} (Z), {:.1e} (alpha), {:.1e} (colour)".format(order, *apart))
