@@ -41,11 +41,12 @@ const SplatPlan& detailsOf(const CapturePlan& plan) {
 /// Counts the hits of bands of surfaces, and the splats there.
 class HitCounter : public Sink {
   public:
-    HitCounter(SplatLayers& splats, DepthComplexity& complexity)
-        : splats_(splats), complexity_(complexity) {}
+    HitCounter(SplatLayers& splats, DepthComplexity& complexity, StageTimes& times)
+        : splats_(splats), complexity_(complexity), times_(times) {}
 
     void begin(const Plan&) override {}
     void write(LayeredImage&& band) override {
+        const StageTimer timer(times_, "count");
         const auto width = static_cast<std::size_t>(band.window.width());
         counts_.resize(band.window.pixels());
         for (std::size_t pixel = 0; pixel < counts_.size(); ++pixel)
@@ -64,6 +65,7 @@ class HitCounter : public Sink {
   private:
     SplatLayers& splats_;
     DepthComplexity& complexity_;
+    StageTimes& times_;
     std::vector<std::uint32_t> counts_;
 };
 
@@ -183,7 +185,7 @@ CapturePlan SplatHits::plan(const View& view, const CaptureSettings& settings,
     const auto details =
         std::make_shared<SplatPlan>(by_ray, surfaces_.plan(view, settings, progress));
     splats_.begin(view, by_ray);
-    HitCounter counter(splats_, details->complexity);
+    HitCounter counter(splats_, details->complexity, times_);
     surfaces_.capture(details->surfaces, counter);
     CapturePlan plan{hitPlan(view, by_ray, details->complexity), details};
     plan.without_ray = details->surfaces.without_ray;
