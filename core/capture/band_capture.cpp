@@ -35,7 +35,10 @@ void BandCapture::begin() {
     clip_band_ = {};
     largest_correction_ = 0;
     if (gl_) gl_->rasterizer.begin();
-    if (splats_) splats_->splats.begin(pass_context_.view, pass_context_.settings);
+    if (!splats_) return;
+    splats_->splats.begin(pass_context_.view, pass_context_.settings);
+    splats_->band = {};
+    splats_->hidden_from.clear();
 }
 
 void BandCapture::setPose(const PosedScene& posed) {
@@ -50,6 +53,10 @@ void BandCapture::free() {
     opaque_pixels_ = {};
     visible_ = {};
     clip_band_ = {};
+    if (splats_) {
+        splats_->layers = {};
+        splats_->band = {};
+    }
     if (!gl_) return;
     gl_->buffers.free();
     gl_->list_head_target.free();
@@ -141,17 +148,20 @@ void BandCapture::count(const Window& band, std::vector<std::uint32_t>& counts) 
         return add(times_, tracedLayers().takeTimes());
     }
     if (!showsSplats()) return countSurfaces(band, counts);
-    if (pass_context_.shown == Surfaces::kAll) {
+    if (hidesSplats()) {
+        const MethodInfo& method = peelMethods().front();
+        captureHiding(*method.layers(), band);
+        // Other methods capture the surfaces themselves.
+        if (pass_context_.settings.method != method.name) splats_->band = {};
+        counts.resize(band.pixels());
+        for (std::size_t pixel = 0; pixel < counts.size(); ++pixel)
+            counts[pixel] = splats_->layers.front().count(pixel);
+    } else {
         countSurfaces(band, counts);
-        const StageTimer timer(times_, "count");
-        return splats_->splats.addCounts(band, counts);
     }
-    const auto method = peelMethods().front().layers();
-    LayeredImage image;
-    layersWithSplats(*method, {.band = band, .counts = {}}, image);
-    counts.resize(band.pixels());
-    for (std::size_t pixel = 0; pixel < counts.size(); ++pixel)
-        counts[pixel] = image.count(pixel);
+    if (pass_context_.settings.opaque_only) return;
+    const StageTimer timer(times_, "count");
+    splats_->splats.addCounts(band, counts, splats_->hidden_from);
 }
 
 std::uint32_t BandCapture::surfaceOf(std::uint32_t key) const {

@@ -267,6 +267,13 @@ class BandCapture {
     TracedLayers& tracedLayers();
     void countSurfaces(const Window& band, std::vector<std::uint32_t>& counts);
     int surfaceLayers(LayerMethod& method, const BandRequest& request, LayeredImage& out);
+    /// Whether opaque surfaces may hide splats.
+    bool hidesSplats() const {
+        return pass_context_.shown != Surfaces::kAll && !posed_->drawList().draws().empty();
+    }
+    /// Captures the shown surfaces of a band, and what they hide, into SplatParts, unless they are
+    /// there. Returns the number of geometry passes.
+    int captureHiding(LayerMethod& method, const Window& band);
     /// Captures the surfaces of a band by a method and its splats, merged by depth.
     int layersWithSplats(LayerMethod& method, const BandRequest& request, LayeredImage& out);
     void addChannels(const BandLists& lists, const CapturedFragments& captured,
@@ -299,8 +306,12 @@ class BandCapture {
 
         SplatLayers splats;
         ShownFragments shown;
-        std::vector<std::uint32_t> surface_counts{};
+        std::vector<std::uint32_t> surface_counts{}, splat_counts{};
         std::array<LayeredImage, 2> layers{};  ///< of surfaces and of splats, to be merged
+        // Of the band whose surfaces are in `layers`; empty = none.
+        Window band{};
+        int passes = 0;                    ///< geometry passes that captured them
+        std::vector<float> hidden_from{};  ///< empty if nothing is hidden
     };
     std::optional<SplatParts> splats_;
     std::vector<std::uint32_t> opaque_pixels_;   ///< rows read back from GlParts::opaque

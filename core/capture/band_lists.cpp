@@ -43,25 +43,49 @@ int BandCapture::layers(LayerMethod& method, const BandRequest& request, Layered
                          : surfaceLayers(method, request, out);
 }
 
+int BandCapture::captureHiding(LayerMethod& method, const Window& band) {
+    SplatParts& parts = *splats_;
+    if (parts.band == band) return parts.passes;
+    LayeredImage& surfaces = parts.layers.front();
+    countSurfaces(band, parts.surface_counts);
+    parts.passes = surfaceLayers(
+        method, {.band = band, .counts = parts.surface_counts, .keys = true}, surfaces);
+    parts.hidden_from = parts.shown.nearestOpaque(surfaces);
+    parts.shown.keep(pass_context_.shown, pass_context_.settings.opaque_only, surfaces);
+    parts.band = band;
+    return parts.passes;
+}
+
 int BandCapture::layersWithSplats(LayerMethod& method, const BandRequest& request,
                                   LayeredImage& out) {
     const Window& band = request.band;
     const CaptureSettings& settings = pass_context_.settings;
-    auto& [surfaces, splats] = splats_->layers;
+    SplatParts& parts = *splats_;
+    auto& [surfaces, splats] = parts.layers;
     int passes = 0;
-    surfaces.window = band;
-    surfaces.offsets.assign(band.pixels() + 1, 0);
-    surfaces.z.clear();
-    if (!posed_->drawList().draws().empty()) {
-        countSurfaces(band, splats_->surface_counts);
-        passes = surfaceLayers(
-            method, {.band = band, .counts = splats_->surface_counts, .keys = true}, surfaces);
+    const bool alone = posed_->drawList().draws().empty();
+    if (hidesSplats()) passes = captureHiding(method, band);
+    // The fragments are those of splats and those of surfaces.
+    std::vector<std::uint32_t>& counts = parts.splat_counts;
+    std::span<const std::uint32_t> of_splats = request.counts;
+    if (!alone || settings.opaque_only) {
+        const StageTimer timer(times_, "splats");
+        counts.assign(band.pixels(), 0);
+        if (!settings.opaque_only) parts.splats.addCounts(band, counts, parts.hidden_from);
+        of_splats = counts;
+    }
+    if (!alone && !hidesSplats()) {
+        parts.surface_counts.assign(request.counts.begin(), request.counts.end());
+        for (std::size_t pixel = 0; pixel < counts.size(); ++pixel)
+            parts.surface_counts[pixel] -= counts[pixel];
+        passes = surfaceLayers(method, {.band = band, .counts = parts.surface_counts, .keys = true},
+                               surfaces);
     }
     const StageTimer timer(times_, "splats");
-    splats_->splats.capture(band, splats);
-    fillSplatChannels(*posed_, pass_context_.view, settings.channels, next_frame_, splats);
-    mergeByDepth(splats_->layers, band, splats, out);
-    splats_->shown.keep(pass_context_.shown, settings.opaque_only, out);
+    LayeredImage& captured = alone ? out : splats;
+    parts.splats.capture(band, of_splats, captured, parts.hidden_from);
+    fillSplatChannels(*posed_, pass_context_.view, settings.channels, next_frame_, captured);
+    if (!alone) mergeByDepth(parts.layers, band, splats, out);
     keepLayers(out, {.nearest = request.layers});
     if (!request.keys) out.extra.erase(out.extra.begin());
     return passes;
@@ -177,6 +201,12 @@ void BandCapture::sortLists(const BandLists& lists, const std::uint32_t* stored,
 }
 
 int BandCapture::composite(LayerMethod& method, const BandRequest& request, CompositeImage& out) {
+    if (showsSplats() && !pass_context_.settings.opaque_only && !blendsTail() &&
+        posed_->drawList().draws().empty() && splats_->splats.sameOrderEverywhere()) {
+        const StageTimer timer(times_, "composite");
+        splats_->splats.composite(request.band, request.layers, out);
+        return 0;
+    }
     if (pass_context_.view.rays || showsSplats()) {
         LayeredImage image;
         BandRequest all = request;

@@ -2,6 +2,7 @@
 #include "core/capture/shown_fragments.h"
 
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <utility>
 
@@ -33,6 +34,19 @@ void ShownFragments::keep(Surfaces surfaces, bool opaque_only, LayeredImage& ima
         }
     }
     keepMarked(image, marked);
+}
+
+std::vector<float> ShownFragments::nearestOpaque(const LayeredImage& image) const {
+    const std::span<const std::uint32_t> keys = image.extra.front().as<std::uint32_t>();
+    std::vector<float> nearest(image.window.pixels(), std::numeric_limits<float>::infinity());
+    for (std::size_t pixel = 0; pixel < nearest.size(); ++pixel) {
+        for (std::size_t i = image.offsets[pixel]; i < image.offsets[pixel + 1]; ++i) {
+            if (!opaque_[posed_.drawList().surfaceOf(keys[i])]) continue;
+            nearest[pixel] = image.z[i];
+            break;
+        }
+    }
+    return nearest;
 }
 
 }  // namespace peeler

@@ -19,6 +19,10 @@ class ShownFragments {
     /// the image must hold the keys.
     void keep(Surfaces surfaces, bool opaque_only, LayeredImage& image) const;
 
+    /// Returns the Z of each pixel's nearest opaque fragment; infinite = none. The first extra
+    /// array of the image must hold the keys.
+    std::vector<float> nearestOpaque(const LayeredImage& image) const;
+
   private:
     PosedScene posed_;
     std::vector<char> opaque_;  ///< by surface of the draw list

@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <bit>
 #include <cmath>
 #include <glm/gtc/quaternion.hpp>
-#include <numeric>
+#include <limits>
+#include <utility>
 
 #include "core/base/color.h"
 #include "core/base/parallel.h"
@@ -206,25 +208,95 @@ std::vector<SplatPiece> piecesOf(const PosedScene& posed, const View& view) {
     return pieces;
 }
 
-/// Returns the indices of the splats in order of distance or Z: a stable radix sort, since positive
-/// floats order as their bits.
-std::vector<std::uint32_t> orderOf(const std::vector<ProjectedSplat>& splats) {
-    std::vector<std::uint32_t> order(splats.size()), next(splats.size());
-    std::iota(order.begin(), order.end(), 0U);
-    for (unsigned shift = 0; shift < 32; shift += 8) {
-        std::array<std::uint32_t, 257> first{};
-        const auto digit = [&](std::uint32_t i) {
-            const ProjectedSplat& s = splats[i];
-            return std::bit_cast<std::uint32_t>(s.distance > 0 ? s.distance : s.z) >> shift & 255U;
+/// The projected splats of some successive splats of a scene.
+struct SplatPart {
+    std::vector<ProjectedSplat> splats;
+    std::vector<SplatDepth> depths;
+};
+
+/// Where a projected splat is. `depth`: the bits of its distance or Z, which are positive and so
+/// have the same order.
+struct SplatPlace {
+    std::uint32_t depth, part;
+    std::uint16_t at;
+};
+
+std::vector<SplatPlace> placesOf(const std::vector<SplatPart>& parts) {
+    std::vector<std::size_t> first(parts.size() + 1);
+    for (std::size_t part = 0; part < parts.size(); ++part)
+        first[part + 1] = first[part] + parts[part].splats.size();
+    std::vector<SplatPlace> places(first.back());
+    parallelFor(parts.size(), [&](std::size_t part) {
+        for (std::size_t i = 0; i < parts[part].splats.size(); ++i) {
+            const ProjectedSplat& s = parts[part].splats[i];
+            places[first[part] + i] = {
+                std::bit_cast<std::uint32_t>(s.distance > 0 ? s.distance : s.z),
+                static_cast<std::uint32_t>(part), static_cast<std::uint16_t>(i)};
+        }
+    });
+    return places;
+}
+
+/// Sorts by depth: a stable radix sort.
+void sortByDepth(std::vector<SplatPlace>& places) {
+    constexpr unsigned kBits = 8, kDigits = 1U << kBits;
+    constexpr std::size_t kAtOnce = std::size_t{1} << 16;
+    const std::size_t chunks = (places.size() + kAtOnce - 1) / kAtOnce;
+    std::vector<SplatPlace> sorted(places.size());
+    std::vector<std::array<std::uint32_t, kDigits>> starts(chunks);
+    for (unsigned shift = 0; shift < 32; shift += kBits) {
+        const auto forChunk = [&](std::size_t chunk, const auto& use) {
+            const std::size_t end = std::min(places.size(), (chunk + 1) * kAtOnce);
+            for (std::size_t i = chunk * kAtOnce; i < end; ++i)
+                use(places[i], starts[chunk][places[i].depth >> shift & (kDigits - 1)]);
         };
-        for (const std::uint32_t i : order)
-            ++first[digit(i) + 1];
-        std::partial_sum(first.begin(), first.end(), first.begin());
-        for (const std::uint32_t i : order)
-            next[first[digit(i)]++] = i;
-        order.swap(next);
+        parallelFor(chunks, [&](std::size_t chunk) {
+            starts[chunk] = {};
+            forChunk(chunk, [](const SplatPlace&, std::uint32_t& count) { ++count; });
+        });
+        std::uint32_t start = 0;
+        for (unsigned digit = 0; digit < kDigits; ++digit)
+            for (std::size_t chunk = 0; chunk < chunks; ++chunk)
+                start += std::exchange(starts[chunk][digit], start);
+        parallelFor(chunks, [&](std::size_t chunk) {
+            forChunk(chunk,
+                     [&](const SplatPlace& place, std::uint32_t& to) { sorted[to++] = place; });
+        });
+        places.swap(sorted);
     }
-    return order;
+}
+
+/// Returns the splats in the order of `places`.
+SplatPicture pictureOf(const std::vector<SplatPart>& parts, const std::vector<SplatPlace>& places,
+                       bool by_ray) {
+    constexpr std::size_t kLanes = 8;
+    const std::size_t count = places.size(), padded = (count + kLanes - 1) / kLanes * kLanes;
+    SplatPicture picture;
+    picture.splats.resize(count);
+    picture.depths.resize(by_ray ? count : 0);
+    SplatBoxes& boxes = picture.boxes;
+    for (std::vector<float>* low : {&boxes.low_x, &boxes.low_y})
+        low->resize(padded, std::numeric_limits<float>::infinity());
+    for (std::vector<float>* high : {&boxes.high_x, &boxes.high_y})
+        high->resize(padded, -std::numeric_limits<float>::infinity());
+    std::atomic<bool> by_z = false, by_distance = false;
+    parallelFor((count + kSplatsAtOnce - 1) / kSplatsAtOnce, [&](std::size_t task) {
+        const std::size_t end = std::min(count, (task + 1) * kSplatsAtOnce);
+        for (std::size_t i = task * kSplatsAtOnce; i < end; ++i) {
+            const SplatPart& part = parts[places[i].part];
+            const std::size_t from = places[i].at;
+            const ProjectedSplat& s = picture.splats[i] = part.splats[from];
+            if (by_ray) picture.depths[i] = part.depths[from];
+            boxes.low_x[i] = s.x - s.half_width;
+            boxes.low_y[i] = s.y - s.half_height;
+            boxes.high_x[i] = s.x + s.half_width;
+            boxes.high_y[i] = s.y + s.half_height;
+            (s.distance > 0 ? by_distance : by_z).store(true, std::memory_order_relaxed);
+        }
+    });
+    picture.by_distance = by_distance;
+    picture.mixed = by_distance && by_z;
+    return picture;
 }
 
 }  // namespace
@@ -258,41 +330,40 @@ SplatPicture projectSplats(const PosedScene& posed, const View& view,
                            const CaptureSettings& settings) {
     const bool by_ray = settings.splat_order == SplatOrder::kRay;
     const SplatProjector projector(view, settings);
-    struct Part {
-        std::vector<ProjectedSplat> splats;
-        std::vector<SplatDepth> depths;
+    const std::vector<SplatPiece> pieces = piecesOf(posed, view);
+    struct Task {
+        const SplatPiece* piece;
+        std::size_t first;
     };
-    SplatPicture all;
-    for (const SplatPiece& piece : piecesOf(posed, view)) {
-        const std::size_t count = piece.splats->size();
-        std::vector<Part> parts((count + kSplatsAtOnce - 1) / kSplatsAtOnce);
-        parallelFor(parts.size(), [&](std::size_t part) {
-            const std::size_t end = std::min(count, (part + 1) * kSplatsAtOnce);
-            for (std::size_t i = part * kSplatsAtOnce; i < end; ++i) {
-                ProjectedSplat splat;
-                SplatDepth depth;
-                if (!projector.project(piece, i, splat, by_ray ? &depth : nullptr)) continue;
-                parts[part].splats.push_back(splat);
-                if (by_ray) parts[part].depths.push_back(depth);
-            }
-        });
-        for (Part& part : parts) {
-            all.splats.insert(all.splats.end(), part.splats.begin(), part.splats.end());
-            all.depths.insert(all.depths.end(), part.depths.begin(), part.depths.end());
-            part = {};
+    std::vector<Task> tasks;
+    for (const SplatPiece& piece : pieces)
+        for (std::size_t first = 0; first < piece.splats->size(); first += kSplatsAtOnce)
+            tasks.push_back({&piece, first});
+    std::vector<SplatPart> parts(tasks.size());
+    parallelFor(tasks.size(), [&](std::size_t task) {
+        const auto [piece, first] = tasks[task];
+        const std::size_t end = std::min(piece->splats->size(), first + kSplatsAtOnce);
+        SplatPart& part = parts[task];
+        part.splats.reserve(end - first);
+        part.depths.reserve(by_ray ? end - first : 0);
+        for (std::size_t i = first; i < end; ++i) {
+            ProjectedSplat splat;
+            SplatDepth depth;
+            if (!projector.project(*piece, i, splat, by_ray ? &depth : nullptr)) continue;
+            part.splats.push_back(splat);
+            if (by_ray) part.depths.push_back(depth);
         }
-    }
-    SplatPicture ordered;
-    const auto farther =
-        std::ranges::count_if(all.splats, [](const ProjectedSplat& s) { return s.distance > 0; });
-    ordered.mixed = farther != 0 && static_cast<std::size_t>(farther) != all.splats.size();
-    ordered.splats.reserve(all.splats.size());
-    ordered.depths.reserve(all.depths.size());
-    for (const std::uint32_t i : orderOf(all.splats)) {
-        ordered.splats.push_back(all.splats[i]);
-        if (by_ray) ordered.depths.push_back(all.depths[i]);
-    }
-    return ordered;
+    });
+    std::vector<SplatPlace> places = placesOf(parts);
+    sortByDepth(places);
+    return pictureOf(parts, places, by_ray);
+}
+
+std::uint64_t projectionBytes(std::uint64_t splats, const CaptureSettings& settings) {
+    const std::uint64_t depth = settings.splat_order == SplatOrder::kRay ? sizeof(SplatDepth) : 0;
+    constexpr std::uint64_t kBox = 4 * sizeof(float);
+    return splats * (2 * (sizeof(ProjectedSplat) + depth + sizeof(SplatPlace)) + kBox) +
+           splats / kSplatsAtOnce * sizeof(SplatPart);
 }
 
 std::vector<glm::vec3> splatColors(const PosedScene& posed, const View& view,

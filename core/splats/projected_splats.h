@@ -36,11 +36,19 @@ struct SplatDepth {
     float precision[6]{};  ///< xx, xy, xz, yy, yz, zz
 };
 
+/// The boxes with all fragments of splats, in pixels. At the end, empty boxes fill up a multiple of
+/// eight.
+struct SplatBoxes {
+    std::vector<float> low_x, low_y, high_x, high_y;
+};
+
 /// The splats that can have fragments in a picture, in order of distance or Z, at equal ones in
 /// draw order.
 struct SplatPicture {
     std::vector<ProjectedSplat> splats;
     std::vector<SplatDepth> depths;  ///< of the same splats, for SplatOrder::kRay; else empty
+    SplatBoxes boxes;                ///< of the same splats
+    bool by_distance = false;        ///< whether any splat has a distance
     bool mixed = false;              ///< whether some splats, but not all, have a distance
 };
 
@@ -56,6 +64,9 @@ bool hasLinearSplats(const PosedScene& posed);
 /// Parallel rays are projected orthographically. Results are the same for any number of threads.
 SplatPicture projectSplats(const PosedScene& posed, const View& view,
                            const CaptureSettings& settings);
+
+/// Returns the most bytes that projectSplats() takes for this number of splats.
+std::uint64_t projectionBytes(std::uint64_t splats, const CaptureSettings& settings);
 
 /// Returns the linear colours toward a view of the splats with these keys, without opacity.
 std::vector<glm::vec3> splatColors(const PosedScene& posed, const View& view,

@@ -1,117 +1,62 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/splats/splat_layers.h"
 
-#define IMATH_HALF_NO_LOOKUP_TABLE
-#include <Imath/half.h>
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
-#include <cstring>
+#include <limits>
 #include <numeric>
 
-#include "core/base/lanes.h"
 #include "core/base/parallel.h"
 #include "core/base/resize_anew.h"
 #include "core/fragments/supersampling.h"
 #include "core/image/channels.h"
 #include "core/scene/view.h"
+#include "core/splats/splat_sorter.h"
 
 namespace peeler {
 namespace {
 
-constexpr int kTile = 16;
-constexpr float kMostOpacity = 0.99F;
+// The most splats of a batch, and of their listings in tiles.
+constexpr std::size_t kSplatsOfBatch = 8192, kListedOfBatch = std::size_t{1} << 16;
+constexpr std::size_t kTasksPerThread = 4;
 
-/// Returns e^x for x from −87 to 0, with the same bits on every machine: 2^k times a polynomial of
-/// the rest (Cephes' coefficients). The relative error is below 2e-7.
-FourFloats exponential(const FourFloats& x) {
-    constexpr float kLog2E = 1.44269504F, kLn2High = 0.693359375F, kLn2Low = -2.12194440e-4F;
-    const FourFloats scaled = x * kLog2E - 0.5F;
-    const FourInts k =
-        __builtin_convertvector(scaled, FourInts);  // rounds towards 0, x is negative
-    const FourFloats whole = __builtin_convertvector(k, FourFloats);
-    const FourFloats r = x - whole * kLn2High - whole * kLn2Low;
-    FourFloats p = r * 1.9875691500e-4F + 1.3981999507e-3F;
-    p = p * r + 8.3334519073e-3F;
-    p = p * r + 4.1665795894e-2F;
-    p = p * r + 1.6666665459e-1F;
-    p = p * r + 5.0000001201e-1F;
-    p = p * r * r + r + 1.0F;
-    return p * reinterpret_cast<FourFloats>((k + 127) << 23);
+/// Returns the multiple of kTile at or before a coordinate.
+int tileStart(int x) {
+    return x - (x % kTile + kTile) % kTile;
 }
 
-/// Returns the rows or columns, within a range, whose samples lie in the interval middle ± half.
-std::pair<int, int> covered(float middle, float half, float sample, int first, int end) {
-    const float low = std::ceil(middle - half - sample), high = std::floor(middle + half - sample);
-    if (!(low <= high)) return {first, first};
-    return {static_cast<int>(std::max(low, static_cast<float>(first))),
-            static_cast<int>(std::min(high, static_cast<float>(end - 1))) + 1};
-}
-
-/// Returns the camera Z at which the response of a splat is largest along a ray (x, y, 1).
-float depthAlong(const SplatDepth& depth, float x, float y, float otherwise) {
-    const auto& p = depth.precision;
-    const float to = depth.along[0] * x + depth.along[1] * y + depth.along[2];
-    const float square = (p[0] * x + 2 * (p[1] * y + p[2])) * x + (p[3] * y + 2 * p[4]) * y + p[5];
-    const float z = to / square;
-    return z > 0 && std::isfinite(z) ? z : otherwise;
-}
-
-/// Returns the depth at which the response is largest along a parallel ray at (x, y).
-float depthAtPlace(const SplatDepth& depth, float x, float y) {
-    const auto& p = depth.precision;
-    return (depth.along[2] - p[2] * x - p[4] * y) / p[5];
-}
-
-/// Sorts each pixel's fragments by Z, then by key.
-void sortPixels(LayeredImage& image) {
-    struct Entry {
-        float z;
-        std::uint32_t key, from;
-    };
-    const std::span<std::uint32_t> keys = image.extra.front().as<std::uint32_t>();
-    const std::size_t stride = image.color.stride();
-    const auto width = static_cast<std::size_t>(image.window.width());
-    parallelFor(static_cast<std::size_t>(image.window.height()), [&](std::size_t row) {
-        std::vector<Entry> entries;
-        std::vector<std::byte> colors;
-        for (std::size_t pixel = row * width; pixel < (row + 1) * width; ++pixel) {
-            const std::uint32_t first = image.offsets[pixel], count = image.count(pixel);
-            entries.clear();
-            for (std::uint32_t i = 0; i < count; ++i)
-                entries.push_back({image.z[first + i], keys[first + i], i});
-            const auto precedes = [](const Entry& a, const Entry& b) {
-                return a.z < b.z || (a.z == b.z && a.key < b.key);
-            };
-            if (std::ranges::is_sorted(entries, precedes)) continue;
-            std::ranges::sort(entries, precedes);
-            std::byte* const to = image.color.data.data() + first * stride;
-            colors.assign(to, to + count * stride);
-            for (std::uint32_t i = 0; i < count; ++i) {
-                image.z[first + i] = entries[i].z;
-                keys[first + i] = entries[i].key;
-                std::memcpy(to + i * stride, colors.data() + entries[i].from * stride, stride);
-            }
-        }
-    });
+/// Calls use(index in the tile's arrays, index in the band's) for every pixel of a tile that is in
+/// the band.
+template <class Use>
+void forPixels(const SplatTile& tile, const Window& band, const Use& use) {
+    for (int y = tile.window.y0; y < tile.window.y1; ++y) {
+        auto own = static_cast<std::size_t>((y - tile.y0) * kTile + tile.window.x0 - tile.x0);
+        std::size_t of_band =
+            static_cast<std::size_t>(y - band.y0) * static_cast<std::size_t>(band.width()) +
+            static_cast<std::size_t>(tile.window.x0 - band.x0);
+        for (int x = tile.window.x0; x < tile.window.x1; ++x)
+            use(own++, of_band++);
+    }
 }
 
 }  // namespace
 
-/// The tiles that a band touches, and the splats of each, nearest first.
-struct SplatLayers::Tiles {
-    Window band;
-    int x0 = 0, y0 = 0;  ///< of the first tile, pixels
-    int across = 0, down = 0;
-    std::vector<std::uint64_t> first;   ///< of each tile, in `splats`
-    std::vector<std::uint32_t> splats;  ///< indices into SplatPicture::splats
+/// Some splats, in order, and the lists of those of each tile of a block.
+struct SplatLayers::Batch {
+    std::vector<std::uint32_t> found;
+    std::vector<std::array<std::uint16_t, 2>> tiles;  ///< begin and end of each found splat's
+    std::vector<std::uint32_t> first, next;           ///< of each tile, in `listed`
+    std::vector<std::uint32_t> listed;                ///< indices into SplatPicture::splats
+    std::vector<char> done;  ///< whether farther splats of a tile change nothing
+    SplatSorter sorter;
 
-    std::size_t size() const { return first.size() - 1; }
-    Window window(std::size_t tile) const {
-        const int x = x0 + static_cast<int>(tile) % across * kTile,
-                  y = y0 + static_cast<int>(tile) / across * kTile;
-        return intersect({x, y, x + kTile, y + kTile}, band);
+    static std::uint64_t bytes(std::uint64_t across) {
+        return kSplatsOfBatch * 8 + across * 9 + (kListedOfBatch + across) * 4 +
+               SplatSorter::kBytes;
+    }
+    std::span<const std::uint32_t> of(std::size_t tile) const {
+        return std::span(listed).subspan(first[tile], first[tile + 1] - first[tile]);
     }
 };
 
@@ -132,6 +77,10 @@ void SplatLayers::begin(const View& view, const CaptureSettings& settings) {
     projected_ = same;
 }
 
+void SplatLayers::project() {
+    if (!std::exchange(projected_, true)) picture_ = projectSplats(posed_, view_, settings_);
+}
+
 std::uint64_t SplatLayers::bytes() const {
     std::uint64_t splats = 0;
     for (const DrawnSurface& surface : posed_.drawList().surfaces()) {
@@ -139,176 +88,211 @@ std::uint64_t SplatLayers::bytes() const {
         const Primitive& primitive = posed_.primitives(instance)[surface.primitive];
         if (primitive.splats) splats += primitive.splats->size();
     }
-    constexpr std::uint64_t kTilesOfSplat = 8;
-    return splats * (2 * (sizeof(ProjectedSplat) + sizeof(SplatDepth)) +
-                     (2 + kTilesOfSplat) * sizeof(std::uint32_t));
+    const auto across = static_cast<std::uint64_t>(view_.crop.width()) / kTile + 2;
+    return projectionBytes(splats, settings_) +
+           static_cast<std::uint64_t>(threadCount()) * Batch::bytes(across);
 }
 
-SplatLayers::Tiles SplatLayers::tilesOf(const Window& band) {
-    if (!std::exchange(projected_, true)) picture_ = projectSplats(posed_, view_, settings_);
-    Tiles tiles;
-    tiles.band = band;
-    tiles.x0 = band.x0 / kTile * kTile;
-    tiles.y0 = band.y0 / kTile * kTile;
-    tiles.across = (band.x1 - tiles.x0 + kTile - 1) / kTile;
-    tiles.down = (band.y1 - tiles.y0 + kTile - 1) / kTile;
-    const auto count =
-        static_cast<std::size_t>(tiles.across) * static_cast<std::size_t>(tiles.down);
-    // A task lists the splats of one row of tiles, in their order.
-    const auto sample = glm::vec2(view_.sample);
-    tiles.first.assign(count + 1, 0);
-    std::vector<std::vector<std::uint32_t>> lists(static_cast<std::size_t>(tiles.down));
-    parallelFor(static_cast<std::size_t>(tiles.down), [&](std::size_t row) {
-        const int y = tiles.y0 + static_cast<int>(row) * kTile;
-        const int y0 = std::max(y, band.y0), y1 = std::min(y + kTile, band.y1);
-        struct Entry {
-            std::uint32_t splat;
-            std::uint16_t begin, end;
-        };
-        std::vector<Entry> touched;
-        std::vector<std::uint32_t> counts(static_cast<std::size_t>(tiles.across) + 1);
-        for (std::size_t i = 0; i < picture_.splats.size(); ++i) {
-            const ProjectedSplat& s = picture_.splats[i];
-            const auto [from, to] = covered(s.y, s.half_height, sample.y, y0, y1);
-            if (from >= to) continue;
-            const auto [left, right] = covered(s.x, s.half_width, sample.x, band.x0, band.x1);
-            if (left >= right) continue;
-            const auto begin = static_cast<std::uint16_t>((left - tiles.x0) / kTile),
-                       end = static_cast<std::uint16_t>((right - 1 - tiles.x0) / kTile + 1);
-            touched.push_back({static_cast<std::uint32_t>(i), begin, end});
-            for (std::size_t t = begin; t < end; ++t)
-                ++counts[t + 1];
+/// Lists the next splats of the tiles of a block, from `from` on, which is set to the first after
+/// the batch.
+void SplatLayers::listTiles(const Window& block, std::size_t& from, Batch& batch) const {
+    // Samples lie in their pixels. A margin makes up for rounding.
+    const float window[4] = {static_cast<float>(block.x0 - 1), static_cast<float>(block.y0 - 1),
+                             static_cast<float>(block.x1 + 1), static_cast<float>(block.y1 + 1)};
+    batch.found.resize(kSplatsOfBatch);
+    std::size_t found = 0;
+    from = kernels_->find(picture_.boxes, from, window, batch.found.data(), kSplatsOfBatch, found);
+    const int x0 = tileStart(block.x0);
+    const auto across = static_cast<std::size_t>(block.x1 - x0 + kTile - 1) / kTile;
+    batch.first.assign(across + 1, 0);
+    batch.tiles.clear();
+    std::size_t listed = 0;
+    const auto column = [&](float x) {
+        return static_cast<std::size_t>(
+                   std::clamp(x, static_cast<float>(block.x0), static_cast<float>(block.x1 - 1)) -
+                   static_cast<float>(x0)) /
+               kTile;
+    };
+    for (std::size_t k = 0; k < found; ++k) {
+        const std::uint32_t i = batch.found[k];
+        const std::size_t begin = column(picture_.boxes.low_x[i] - 1),
+                          end = column(picture_.boxes.high_x[i] + 1) + 1;
+        listed += end - begin;
+        if (k > 0 && listed > kListedOfBatch) {
+            from = i;
+            break;
         }
-        std::partial_sum(counts.begin(), counts.end(), counts.begin());
-        lists[row].resize(counts.back());
-        std::vector<std::uint32_t> next(counts.begin(), counts.end() - 1);
-        for (const Entry& entry : touched)
-            for (std::size_t t = entry.begin; t < entry.end; ++t)
-                lists[row][next[t]++] = entry.splat;
-        for (std::size_t t = 0; t < static_cast<std::size_t>(tiles.across); ++t)
-            tiles.first[row * static_cast<std::size_t>(tiles.across) + t + 1] =
-                counts[t + 1] - counts[t];
-    });
-    std::partial_sum(tiles.first.begin(), tiles.first.end(), tiles.first.begin());
-    tiles.splats.reserve(tiles.first.back());
-    for (std::vector<std::uint32_t>& list : lists) {
-        tiles.splats.insert(tiles.splats.end(), list.begin(), list.end());
-        list = {};
+        batch.tiles.push_back({static_cast<std::uint16_t>(begin), static_cast<std::uint16_t>(end)});
+        for (std::size_t t = begin; t < end; ++t)
+            ++batch.first[t + 1];
     }
-    return tiles;
+    std::partial_sum(batch.first.begin(), batch.first.end(), batch.first.begin());
+    batch.listed.resize(batch.first.back());
+    batch.next.assign(batch.first.begin(), batch.first.end() - 1);
+    for (std::size_t k = 0; k < batch.tiles.size(); ++k)
+        for (std::size_t t = batch.tiles[k][0]; t < batch.tiles[k][1]; ++t)
+            batch.listed[batch.next[t]++] = batch.found[k];
 }
 
-/// Calls visit(splat, x, y, exponents, inside) for groups of four pixels of a tile, from x to the
-/// right, in which a splat has fragments. `inside`: a bit per pixel.
-template <class Visit>
-void SplatLayers::forEachFragment(const Tiles& tiles, std::size_t tile, Visit&& visit) const {
-    const Window window = tiles.window(tile);
-    const auto sample = glm::vec2(view_.sample);
-    for (std::uint64_t n = tiles.first[tile]; n < tiles.first[tile + 1]; ++n) {
-        const std::uint32_t index = tiles.splats[n];
-        const ProjectedSplat& s = picture_.splats[index];
-        const auto [top, bottom] = covered(s.y, s.half_height, sample.y, window.y0, window.y1);
-        const auto [left, right] = covered(s.x, s.half_width, sample.x, window.x0, window.x1);
-        for (int y = top; y < bottom; ++y) {
-            const float dy = static_cast<float>(y) + sample.y - s.y;
-            const float of_row = -0.5F * s.yy * dy * dy, slope = -s.xy * dy;
-            for (int x = left; x < right; x += 4) {
-                const auto at = static_cast<float>(x);
-                const FourFloats dx = FourFloats{at, at + 1, at + 2, at + 3} + (sample.x - s.x);
-                const FourFloats exponent = (dx * (-0.5F * s.xx) + slope) * dx + of_row;
-                const FourInts kept = exponent >= s.least;
-                unsigned inside = 0;
-                for (int lane = 0; lane < 4; ++lane)
-                    inside |= (static_cast<unsigned>(kept[lane]) & 1U) << lane;
-                if (right - x < 4) inside &= (1U << (right - x)) - 1;
-                if (inside != 0) visit(index, x, y, exponent, inside);
+SplatTile SplatLayers::tileAt(int x0, int y0, const Window& window) const {
+    SplatTile tile{.picture = picture_, .splats = {}, .x0 = x0, .y0 = y0, .window = window};
+    tile.sample_x = static_cast<float>(view_.sample.x);
+    tile.sample_y = static_cast<float>(view_.sample.y);
+    tile.perspective = view_.projection.perspective;
+    const PixelRays rays(view_);
+    for (int i = 0; i < kTile; ++i) {
+        const glm::dvec3 point = rays.point(glm::dvec2(x0 + i, y0 + i) + view_.sample, 1);
+        tile.ray_x[i] = static_cast<float>(point.x);
+        tile.ray_y[i] = static_cast<float>(-point.y);
+    }
+    if (!picture_.by_distance) return tile;
+    for (int i = 0; i < kTile * kTile; ++i) {
+        const double x{tile.ray_x[i % kTile]}, y{tile.ray_y[i / kTile]};
+        tile.lengths[i] = static_cast<float>(std::sqrt(x * x + y * y + 1));
+    }
+    return tile;
+}
+
+/// Calls visit(tile) for the tiles of a band and batches of their splats, nearest first. A tile
+/// for which it returns true is not visited again. Calls finish(block, batch) for every block of
+/// tiles at last.
+template <class Visit, class Finish>
+void SplatLayers::forTiles(const Window& band, Hiding hiding, const Visit& visit,
+                           const Finish& finish) {
+    project();
+    const int x0 = tileStart(band.x0), y0 = tileStart(band.y0);
+    const int across = (band.x1 - x0 + kTile - 1) / kTile,
+              down = (band.y1 - y0 + kTile - 1) / kTile;
+    const int tasks = static_cast<int>(kTasksPerThread) * threadCount();
+    const int blocks = threadCount() == 1 ? 1 : std::clamp((tasks + down - 1) / down, 1, across);
+    ObjectPool<Batch> batches;
+    const auto visitBlock = [&](std::size_t task, Batch& batch) {
+        const int row = static_cast<int>(task) / blocks, part = static_cast<int>(task) % blocks;
+        const int begin = across * part / blocks, end = across * (part + 1) / blocks;
+        const int y = y0 + row * kTile;
+        const Window block = intersect({x0 + begin * kTile, y, x0 + end * kTile, y + kTile}, band);
+        const auto tiles = static_cast<std::size_t>(end - begin);
+        batch.done.assign(tiles, 0);
+        for (std::size_t from = 0, done = 0; from < picture_.splats.size() && done < tiles;) {
+            listTiles(block, from, batch);
+            for (std::size_t t = 0; t < tiles; ++t) {
+                if (batch.done[t] || batch.of(t).empty()) continue;
+                const int x = x0 + (begin + static_cast<int>(t)) * kTile;
+                SplatTile tile = tileAt(x, y, intersect({x, y, x + kTile, y + kTile}, band));
+                tile.splats = batch.of(t);
+                tile.hides = !hiding.empty();
+                if (tile.hides)
+                    forPixels(tile, band, [&](std::size_t own, std::size_t of_band) {
+                        tile.hidden_from[own] = hiding[of_band];
+                    });
+                batch.done[t] = visit(std::as_const(tile));
+                done += batch.done[t] ? 1 : 0;
             }
         }
-    }
+        finish(block, batch);
+    };
+    parallelFor(
+        static_cast<std::size_t>(down) * static_cast<std::size_t>(blocks),
+        [&](std::size_t task) { batches.with([&](Batch& batch) { visitBlock(task, batch); }); });
 }
 
-void SplatLayers::addCounts(const Window& band, std::span<std::uint32_t> counts) {
-    addCounts(tilesOf(band), counts);
-}
-
-void SplatLayers::addCounts(const Tiles& tiles, std::span<std::uint32_t> counts) const {
-    const Window& band = tiles.band;
-    const auto width = static_cast<std::size_t>(band.width());
-    parallelFor(tiles.size(), [&](std::size_t tile) {
-        forEachFragment(
-            tiles, tile, [&](std::uint32_t, int x, int y, const FourFloats&, unsigned inside) {
-                const std::size_t pixel = static_cast<std::size_t>(y - band.y0) * width +
-                                          static_cast<std::size_t>(x - band.x0);
-                for (unsigned left = inside; left != 0; left &= left - 1)
-                    ++counts[pixel + static_cast<unsigned>(std::countr_zero(left))];
+void SplatLayers::addCounts(const Window& band, std::span<std::uint32_t> counts, Hiding hiding) {
+    forTiles(
+        band, hiding,
+        [&](const SplatTile& tile) {
+            std::uint32_t own_counts[kTilePixels]{};
+            kernels_->count(tile, own_counts);
+            forPixels(tile, band, [&](std::size_t own, std::size_t of_band) {
+                counts[of_band] += own_counts[own];
             });
-    });
+            return false;
+        },
+        [](const Window&, Batch&) {});
 }
 
-void SplatLayers::capture(const Window& band, LayeredImage& out) {
-    const Tiles tiles = tilesOf(band);
-    std::vector<std::uint32_t> next(band.pixels());
-    addCounts(tiles, next);
+void SplatLayers::capture(const Window& band, std::span<const std::uint32_t> counts,
+                          LayeredImage& out, Hiding hiding) {
     out.window = band;
     resizeAnew(out.offsets, band.pixels() + 1);
     out.offsets[0] = 0;
-    std::partial_sum(next.begin(), next.end(), out.offsets.begin() + 1);
-    std::copy(out.offsets.begin(), out.offsets.end() - 1, next.begin());
+    std::partial_sum(counts.begin(), counts.end(), out.offsets.begin() + 1);
+    std::vector<std::uint32_t> next(out.offsets.begin(), out.offsets.end() - 1);
     const std::size_t fragments = out.offsets.back();
     resizeAnew(out.z, fragments);
     out.color.type = settings_.color_type;
     out.color.channels = colorNames(settings_.tinted);
-    const std::size_t stride = out.color.stride();
-    resizeAnew(out.color.data, fragments * stride);
+    resizeAnew(out.color.data, fragments * out.color.stride());
     out.extra.resize(1);
     out.extra.front().channels = {kKeyChannel};
     out.extra.front().type = PixelType::kUint;
     resizeAnew(out.extra.front().data, fragments * sizeof(std::uint32_t));
     const std::span<std::uint32_t> keys = out.extra.front().as<std::uint32_t>();
-
-    const bool by_ray = settings_.splat_order == SplatOrder::kRay;
-    const bool half = settings_.color_type == PixelType::kHalf;
-    const std::size_t components = out.color.components();
-    const auto width = static_cast<std::size_t>(band.width());
-    const PixelRays rays(view_);
-    const auto depthOn = [&](const glm::vec2& at, const SplatDepth& depth, float otherwise) {
-        return rays.perspective() ? depthAlong(depth, at.x, at.y, otherwise)
-                                  : depthAtPlace(depth, at.x, at.y);
-    };
-    parallelFor(tiles.size(), [&](std::size_t tile) {
-        forEachFragment(
-            tiles, tile,
-            [&](std::uint32_t index, int x, int y, const FourFloats& exponent, unsigned inside) {
-                const ProjectedSplat& s = picture_.splats[index];
-                const FourFloats response = exponential(exponent);
-                for (unsigned left = inside; left != 0; left &= left - 1) {
-                    const int lane = std::countr_zero(left);
-                    const std::size_t pixel = static_cast<std::size_t>(y - band.y0) * width +
-                                              static_cast<std::size_t>(x + lane - band.x0);
-                    const std::uint32_t f = next[pixel]++;
-                    const float alpha = std::min(kMostOpacity, s.opacity * response[lane]);
-                    const std::array<float, 7> color{
-                        s.red * alpha, s.green * alpha, s.blue * alpha, alpha, alpha, alpha, alpha};
-                    std::byte* const to = out.color.data.data() + f * stride;
-                    if (half) {
-                        std::array<std::uint16_t, 7> rounded;
-                        for (std::size_t c = 0; c < components; ++c)
-                            rounded[c] = imath_float_to_half(color[c]);
-                        std::memcpy(to, rounded.data(), stride);
-                    } else {
-                        std::memcpy(to, color.data(), stride);
-                    }
-                    keys[f] = s.key;
-                    out.z[f] = s.z;
-                    if (!by_ray && !(s.distance > 0)) continue;
-                    const glm::dvec2 at(rays.point(glm::dvec2(x + lane, y) + view_.sample, 1) *
-                                        glm::dvec3(1, -1, 1));
-                    out.z[f] = by_ray ? depthOn(at, picture_.depths[index], s.z)
-                                      : s.distance / static_cast<float>(std::hypot(at.x, at.y, 1));
-                }
+    const bool sorts = !sameOrderEverywhere();
+    forTiles(
+        band, hiding,
+        [&](const SplatTile& tile) {
+            SplatStore store{.z = out.z.data(),
+                             .keys = keys.data(),
+                             .colors = out.color.data.data(),
+                             .half = settings_.color_type == PixelType::kHalf,
+                             .components = out.color.components()};
+            forPixels(tile, band, [&](std::size_t own, std::size_t of_band) {
+                store.next[own] = next[of_band];
             });
-    });
-    if (by_ray || picture_.mixed) sortPixels(out);
+            kernels_->capture(tile, store);
+            forPixels(tile, band, [&](std::size_t own, std::size_t of_band) {
+                next[of_band] = store.next[own];
+            });
+            return false;
+        },
+        [&](const Window& block, Batch& batch) {
+            if (sorts) batch.sorter.sort(block, out);
+        });
+}
+
+void SplatLayers::capture(const Window& band, LayeredImage& out) {
+    std::vector<std::uint32_t> counts(band.pixels());
+    addCounts(band, counts);
+    capture(band, counts, out);
+}
+
+bool SplatLayers::sameOrderEverywhere() {
+    project();
+    return settings_.splat_order == SplatOrder::kCenter && !picture_.mixed;
+}
+
+void SplatLayers::composite(const Window& band, std::uint32_t layers, CompositeImage& out) {
+    const std::size_t pixels = band.pixels();
+    out.window = band;
+    out.rgba.assign(pixels, {});
+    out.opacity.assign(settings_.tinted ? pixels : 0, {});
+    out.z.assign(pixels, std::numeric_limits<float>::infinity());
+    constexpr std::int32_t kMost = std::numeric_limits<std::int32_t>::max();
+    std::vector<std::int32_t> left(
+        layers ? pixels : 0, static_cast<std::int32_t>(std::min<std::uint32_t>(layers, kMost)));
+    forTiles(
+        band, {},
+        [&](const SplatTile& tile) {
+            SplatBlend blend{.half = settings_.color_type == PixelType::kHalf};
+            forPixels(tile, band, [&](std::size_t own, std::size_t of_band) {
+                for (std::size_t c = 0; c < 4; ++c)
+                    blend.color[c][own] = out.rgba[of_band][c];
+                blend.z[own] = out.z[of_band];
+                blend.left[own] = layers ? left[of_band] : kMost;
+            });
+            const bool final = kernels_->blend(tile, blend);
+            forPixels(tile, band, [&](std::size_t own, std::size_t of_band) {
+                for (std::size_t c = 0; c < 4; ++c)
+                    out.rgba[of_band][c] = blend.color[c][own];
+                // The opacity of splats has no colour.
+                const float alpha = blend.color[3][own];
+                if (settings_.tinted) out.opacity[of_band] = {alpha, alpha, alpha};
+                out.z[of_band] = blend.z[own];
+                if (layers) left[of_band] = blend.left[own];
+            });
+            return final;
+        },
+        [](const Window&, Batch&) {});
 }
 
 }  // namespace peeler

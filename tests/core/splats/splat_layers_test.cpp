@@ -3,12 +3,16 @@
 // precision.
 #include <gtest/gtest.h>
 
+#define IMATH_HALF_NO_LOOKUP_TABLE
+#include <Imath/half.h>
 #include <algorithm>
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
 #include <glm/gtc/quaternion.hpp>
+#include <limits>
 #include <random>
 
+#include "core/image/composite.h"
 #include "core/splats/splat_layers.h"
 #include "support/capture.h"
 
@@ -64,9 +68,9 @@ std::vector<Blob> randomBlobs(std::size_t count, unsigned seed) {
 }
 
 LayeredImage splatLayersOf(const Scene& scene, const View& view, const CaptureSettings& settings,
-                           int rows = 1 << 20) {
+                           int rows = 1 << 20, bool every_processor = false) {
     const PosedScene posed(scene, 0);
-    SplatLayers layers(posed);
+    SplatLayers layers(posed, every_processor);
     layers.begin(view, settings);
     LayeredImage whole;
     CollectSink sink;
@@ -255,18 +259,24 @@ TEST(SplatLayers, OfEqualZAreInDrawOrder) {
     expectInOrder(image);
 }
 
-TEST(SplatLayers, SortedByDistanceAndByZAreSortedTogether) {
+/// A scene with splats sorted by Z and, in a second primitive, by distance.
+Scene sceneOfBothOrders() {
     Scene scene = sceneOfBlobs(randomBlobs(300, 5), 0.3);
     const Scene others = sceneOfBlobs(randomBlobs(300, 6), 0.3, true);
     scene.meshes.back().primitives.push_back(others.meshes.back().primitives.front());
+    return scene;
+}
+
+TEST(SplatLayers, SortedByDistanceAndByZAreSortedTogether) {
+    const Scene scene = sceneOfBothOrders();
     const View view = testView(64, 48);
     const LayeredImage image = splatLayersOf(scene, view, floatColors());
     expectInOrder(image);
     const auto keys = image.extra.front().as<std::uint32_t>();
     for (std::size_t f = 0; f < image.fragments(); ++f) {
         const bool by_distance = keys[f] > 300;
-        const Scene& from = by_distance ? others : scene;
-        const glm::dvec3 mean(from.meshes.back().primitives.front().positions[(keys[f] - 1) % 300]);
+        const Primitive& from = scene.meshes.back().primitives[by_distance ? 1 : 0];
+        const glm::dvec3 mean(from.positions[(keys[f] - 1) % 300]);
         const auto pixel = static_cast<int>(
             std::ranges::upper_bound(image.offsets, static_cast<std::uint32_t>(f)) -
             image.offsets.begin() - 1);
@@ -285,6 +295,168 @@ TEST(SplatLayers, DoNotDependOnBands) {
             EXPECT_EQ(difference(whole, splatLayersOf(scene, view, floatColors(order), rows)), "")
                 << rows;
     }
+}
+
+TEST(SplatLayers, AreTheSameOnEveryProcessor) {
+    const View view = testView(83, 61);
+    for (const Scene& scene : {sceneOfBothOrders(), sceneOfBlobs(randomBlobs(300, 8), 0.3, true)}) {
+        for (const SplatOrder order : {SplatOrder::kCenter, SplatOrder::kRay}) {
+            for (const bool tinted : {false, true}) {
+                CaptureSettings settings;
+                settings.splat_order = order;
+                settings.tinted = tinted;
+                const LayeredImage fast = splatLayersOf(scene, view, settings);
+                EXPECT_EQ(difference(fast, splatLayersOf(scene, view, settings, 1 << 20, true)),
+                          "");
+                expectInOrder(fast);
+            }
+        }
+    }
+}
+
+TEST(SplatLayers, RoundColoursToTheNearestHalf) {
+    // From the least denormal half to the largest half.
+    std::vector<Blob> blobs = randomBlobs(400, 9);
+    std::mt19937 random(9);
+    std::uniform_real_distribution<double> share(0, 1);
+    for (Blob& blob : blobs) {
+        blob.color = glm::dvec3(0.5);
+        for (int c = 0; c < 3; ++c)
+            blob.color[c] = std::exp2(-26 + 42 * share(random));
+    }
+    Scene scene = sceneOfBlobs(blobs);
+    Primitive& primitive = scene.meshes.back().primitives.front();
+    auto splats = std::make_shared<Splats>(*primitive.splats);
+    splats->linear = true;
+    primitive.splats = splats;
+    const View view = testView(64, 48);
+    for (const bool tinted : {false, true}) {
+        CaptureSettings settings = floatColors();
+        settings.tinted = tinted;
+        const LayeredImage exact = splatLayersOf(scene, view, settings);
+        settings.color_type = PixelType::kHalf;
+        const LayeredImage rounded = splatLayersOf(scene, view, settings);
+        const auto floats = exact.color.as<float>();
+        const auto halfs = rounded.color.as<std::uint16_t>();
+        ASSERT_EQ(floats.size(), halfs.size());
+        for (std::size_t i = 0; i < floats.size(); ++i)
+            ASSERT_EQ(halfs[i], imath_float_to_half(floats[i])) << floats[i];
+    }
+}
+
+TEST(SplatLayers, DoNotDependOnBatches) {
+    // More splats, and more of them in tiles, than are binned at once.
+    std::mt19937 random(10);
+    std::uniform_real_distribution<double> share(0, 1);
+    std::vector<Blob> blobs(9000);
+    for (Blob& blob : blobs) {
+        blob.mean = {40 * share(random) - 20, 0, -2 - share(random)};
+        blob.scale = {1, 1, 0.1};
+    }
+    View view = testView(1024, 24);
+    view.projection.half_width = 20;
+    const Scene scene = sceneOfBlobs(blobs);
+    view.crop = {0, 12, 1024, 13};
+    const LayeredImage whole = splatLayersOf(scene, view, floatColors());
+    ASSERT_GT(whole.fragments(), std::uint64_t{9000} * 16);
+    expectInOrder(whole);
+    std::uint64_t fragments = 0;
+    for (int x = 0; x < 1024; x += 61) {
+        View part = view;
+        part.crop.x0 = x;
+        part.crop.x1 = std::min(x + 61, 1024);
+        const LayeredImage image = splatLayersOf(scene, part, floatColors());
+        fragments += image.fragments();
+        const std::size_t from = whole.offsets[static_cast<std::size_t>(x)];
+        EXPECT_TRUE(std::equal(image.z.begin(), image.z.end(),
+                               whole.z.begin() + static_cast<std::ptrdiff_t>(from)));
+    }
+    EXPECT_EQ(fragments, whole.fragments());
+}
+
+TEST(SplatLayers, AreHiddenAtAndBehindAZ) {
+    const View view = testView(64, 48);
+    const Scene scene = sceneOfBothOrders();
+    for (const SplatOrder order : {SplatOrder::kCenter, SplatOrder::kRay}) {
+        SplatLayers layers{PosedScene(scene, 0)};
+        layers.begin(view, floatColors(order));
+        LayeredImage all;
+        layers.capture(view.crop, all);
+        // Each pixel is hidden from the Z of its third fragment.
+        std::vector<float> hidden_from(view.crop.pixels(), std::numeric_limits<float>::infinity());
+        for (std::size_t p = 0; p < hidden_from.size(); ++p)
+            if (all.count(p) > 2) hidden_from[p] = all.z[all.offsets[p] + 2];
+        std::vector<std::uint32_t> counts(hidden_from.size());
+        layers.addCounts(view.crop, counts, hidden_from);
+        LayeredImage image;
+        layers.capture(view.crop, counts, image, hidden_from);
+        for (std::size_t p = 0; p < hidden_from.size(); ++p) {
+            ASSERT_EQ(counts[p], std::min(all.count(p), 2U));
+            for (std::uint32_t k = 0; k < counts[p]; ++k)
+                ASSERT_EQ(color(image, image.offsets[p] + k), color(all, all.offsets[p] + k));
+        }
+    }
+}
+
+/// Splats around the axis, one behind the other.
+std::vector<Blob> stackOfBlobs(std::size_t count, double opacity, double bright_behind) {
+    std::vector<Blob> blobs(count);
+    for (std::size_t i = 0; i < count; ++i) {
+        blobs[i].mean = {0, 0, -2 - 0.01 * static_cast<double>(i)};
+        blobs[i].scale = glm::dvec3(0.7);
+        blobs[i].opacity = opacity;
+        blobs[i].color = glm::dvec3(i + 5 < count ? 0 : bright_behind);
+    }
+    return blobs;
+}
+
+TEST(SplatLayers, AreCompositedAsTheirLayersAre) {
+    // Black in front of the brightest white, for opacities that leave alpha at 1 and short of it.
+    std::vector<Scene> scenes = {sceneOfBlobs(randomBlobs(3000, 11), 0.3),
+                                 sceneOfBlobs(randomBlobs(3000, 12), 0.3, true)};
+    for (const double opacity : {0.99, 0.6, 0.3, 0.05}) {
+        Scene scene = sceneOfBlobs(stackOfBlobs(100, opacity, 65504));
+        Primitive& primitive = scene.meshes.back().primitives.front();
+        auto splats = std::make_shared<Splats>(*primitive.splats);
+        splats->linear = true;
+        primitive.splats = splats;
+        scenes.push_back(std::move(scene));
+    }
+    const View view = testView(70, 50);
+    for (const Scene& scene : scenes) {
+        for (const bool tinted : {false, true}) {
+            for (const PixelType type : {PixelType::kHalf, PixelType::kFloat}) {
+                for (const std::uint32_t limit : {0U, 1U, 7U}) {
+                    CaptureSettings settings;
+                    settings.tinted = tinted;
+                    settings.color_type = type;
+                    SplatLayers layers{PosedScene(scene, 0), limit == 1};
+                    layers.begin(view, settings);
+                    ASSERT_TRUE(layers.sameOrderEverywhere());
+                    LayeredImage image;
+                    layers.capture(view.crop, image);
+                    CompositeImage wanted, composite;
+                    compositeNearest(image, limit, Tail::kDrop, wanted);
+                    layers.composite(view.crop, limit, composite);
+                    EXPECT_EQ(composite.window, wanted.window);
+                    EXPECT_EQ(composite.rgba, wanted.rgba);
+                    EXPECT_EQ(composite.opacity, wanted.opacity);
+                    EXPECT_EQ(composite.z, wanted.z);
+                }
+            }
+        }
+    }
+}
+
+TEST(SplatLayers, OfSeveralOrdersAreNotCompositedAtOnce) {
+    const auto sameOrder = [](const Scene& scene, SplatOrder order) {
+        SplatLayers layers{PosedScene(scene, 0)};
+        layers.begin(testView(8, 8), floatColors(order));
+        return layers.sameOrderEverywhere();
+    };
+    EXPECT_TRUE(sameOrder(sceneOfBlobs({{}, {}}), SplatOrder::kCenter));
+    EXPECT_FALSE(sameOrder(sceneOfBlobs({{.mean = {0, 0, -1}}}), SplatOrder::kRay));
+    EXPECT_FALSE(sameOrder(sceneOfBothOrders(), SplatOrder::kCenter));
 }
 
 TEST(SplatLayers, TurnWithTheirNode) {
