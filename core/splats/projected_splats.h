@@ -16,7 +16,7 @@ namespace peeler {
 /// A splat in a picture. Its response at the offset d from the mean is
 /// G = exp(−(xx · d.x² + yy · d.y²) / 2 − xy · d.x · d.y), its opacity there min(0.99, opacity ·
 /// G).
-struct ProjectedSplat {
+struct alignas(64) ProjectedSplat {
     float x = 0, y = 0;                     ///< mean, pixels, y down
     float half_width = 0, half_height = 0;  ///< of the box with all fragments, pixels
     float xx = 0, xy = 0, yy = 0;           ///< inverse of the projected covariance

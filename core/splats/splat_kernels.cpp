@@ -118,6 +118,19 @@ PEELER_INLINE void depthsOf(const SplatTile& tile, const SplatGroup& group, Eigh
     z = valid ? z : constant;
 }
 
+/// Calls use(splat) for every splat of a tile. Fetches them ahead of use, since they are far apart.
+template <class Use>
+PEELER_INLINE void forSplats(const SplatTile& tile, const Use& use) {
+    constexpr std::size_t kAhead = 3;
+    const bool by_ray = !tile.picture.depths.empty();
+    for (std::size_t i = 0; i < tile.splats.size(); ++i) {
+        const std::size_t ahead = std::min(i + kAhead, tile.splats.size() - 1);
+        __builtin_prefetch(&tile.picture.splats[tile.splats[ahead]]);
+        if (by_ray) __builtin_prefetch(&tile.picture.depths[tile.splats[ahead]]);
+        use(tile.splats[i]);
+    }
+}
+
 /// Calls visit(group) for the groups of pixels in which a splat has fragments.
 template <class Visit>
 PEELER_INLINE void forGroups(const SplatTile& tile, std::uint32_t splat, const Visit& visit) {
@@ -175,22 +188,23 @@ PEELER_INLINE std::size_t findIn(const SplatBoxes& boxes, std::size_t from,
 }
 
 PEELER_INLINE void countIn(const SplatTile& tile, std::uint32_t* counts) {
-    for (const std::uint32_t splat : tile.splats) {
-        forGroups(
-            tile, splat,
-            [&](const ProjectedSplat&, const SplatGroup& group) __attribute__((always_inline)) {
-                EightInts sum;
-                std::memcpy(&sum, counts + group.at(), sizeof sum);
-                sum -= group.kept;
-                std::memcpy(counts + group.at(), &sum, sizeof sum);
-            });
-    }
+    forSplats(
+        tile, [&](std::uint32_t splat) __attribute__((always_inline)) {
+            forGroups(
+                tile, splat,
+                [&](const ProjectedSplat&, const SplatGroup& group) __attribute__((always_inline)) {
+                    EightInts sum;
+                    std::memcpy(&sum, counts + group.at(), sizeof sum);
+                    sum -= group.kept;
+                    std::memcpy(counts + group.at(), &sum, sizeof sum);
+                });
+        });
 }
 
 /// The fragments of a splat in a tile, in arrays without gaps.
 struct SplatFragments {
     std::size_t count = 0;
-    std::uint32_t pixels[kTilePixels];
+    std::uint32_t places[kTilePixels];  ///< indices where they are stored
     float exponents[kTilePixels + kGroup]{}, z[kTilePixels + kGroup]{};
     float colors[4][kTilePixels + kGroup];
     std::uint32_t halfs[2][kTilePixels + kGroup];
@@ -218,10 +232,10 @@ PEELER_INLINE void shadeFragments(const ProjectedSplat& s, bool half, SplatFragm
 }
 
 PEELER_INLINE void storeColors(const SplatFragments& fragments, std::size_t i,
-                               const SplatStore& store, std::uint32_t f) {
+                               const SplatStore& store, std::uint32_t place) {
     const std::size_t components = store.components;
     if (store.half) {
-        std::byte* const to = store.colors + f * components * sizeof(std::uint16_t);
+        std::byte* const to = store.colors + place * components * sizeof(std::uint16_t);
         const std::uint64_t rgba = fragments.halfs[0][i] | std::uint64_t{fragments.halfs[1][i]}
                                                                << 32;
         std::memcpy(to, &rgba, sizeof rgba);
@@ -229,7 +243,7 @@ PEELER_INLINE void storeColors(const SplatFragments& fragments, std::size_t i,
         for (std::size_t c = 4; c < components; ++c)
             std::memcpy(to + c * sizeof alpha, &alpha, sizeof alpha);
     } else {
-        std::byte* const to = store.colors + f * components * sizeof(float);
+        std::byte* const to = store.colors + place * components * sizeof(float);
         for (std::size_t c = 0; c < components; ++c)
             std::memcpy(to + c * sizeof(float), fragments.colors[std::min<std::size_t>(c, 3)] + i,
                         sizeof(float));
@@ -239,38 +253,43 @@ PEELER_INLINE void storeColors(const SplatFragments& fragments, std::size_t i,
 PEELER_INLINE void captureIn(const SplatTile& tile, SplatStore& store) {
     SplatFragments fragments;
     const bool by_ray = !tile.picture.depths.empty();
-    for (const std::uint32_t splat : tile.splats) {
-        fragments.count = 0;
-        forGroups(
-            tile, splat,
-            [&](const ProjectedSplat& s, const SplatGroup& group) __attribute__((always_inline)) {
-                unsigned bits = bitsOf(group.kept);
-                if (bits == 0) return;
-                float exponents[kGroup], z[kGroup];
-                storeEight(group.exponent, exponents);
-                const bool varies = by_ray || s.distance > 0;
-                if (varies) {
-                    EightFloats depths;
-                    depthsOf(tile, group, depths);
-                    storeEight(depths, z);
-                }
-                for (; bits != 0; bits &= bits - 1) {
-                    const auto lane = static_cast<unsigned>(std::countr_zero(bits));
-                    const std::size_t i = fragments.count++;
-                    fragments.pixels[i] = static_cast<std::uint32_t>(group.at()) + lane;
-                    fragments.exponents[i] = exponents[lane];
-                    fragments.z[i] = varies ? z[lane] : s.z;
-                }
-            });
-        const ProjectedSplat& s = tile.picture.splats[splat];
-        shadeFragments(s, store.half, fragments);
-        for (std::size_t i = 0; i < fragments.count; ++i) {
-            const std::uint32_t f = store.next[fragments.pixels[i]]++;
-            store.z[f] = fragments.z[i];
-            store.keys[f] = s.key;
-            storeColors(fragments, i, store, f);
-        }
-    }
+    const std::size_t stride =
+        store.components * (store.half ? sizeof(std::uint16_t) : sizeof(float));
+    forSplats(
+        tile, [&](std::uint32_t splat) __attribute__((always_inline)) {
+            fragments.count = 0;
+            forGroups(
+                tile, splat,
+                [&](const ProjectedSplat& s, const SplatGroup& group)
+                    __attribute__((always_inline)) {
+                        unsigned bits = bitsOf(group.kept);
+                        if (bits == 0) return;
+                        float exponents[kGroup], z[kGroup];
+                        storeEight(group.exponent, exponents);
+                        EightFloats depths = EightFloats{} + s.z;
+                        if (by_ray || s.distance > 0) depthsOf(tile, group, depths);
+                        storeEight(depths, z);
+                        for (; bits != 0; bits &= bits - 1) {
+                            const auto lane = static_cast<unsigned>(std::countr_zero(bits));
+                            const std::uint32_t place = store.next[group.at() + lane]++;
+                            __builtin_prefetch(store.colors + place * stride, 1);
+                            __builtin_prefetch(store.z + place, 1);
+                            __builtin_prefetch(store.keys + place, 1);
+                            const std::size_t i = fragments.count++;
+                            fragments.places[i] = place;
+                            fragments.exponents[i] = exponents[lane];
+                            fragments.z[i] = z[lane];
+                        }
+                    });
+            const ProjectedSplat& s = tile.picture.splats[splat];
+            shadeFragments(s, store.half, fragments);
+            for (std::size_t i = 0; i < fragments.count; ++i) {
+                const std::uint32_t place = fragments.places[i];
+                store.z[place] = fragments.z[i];
+                store.keys[place] = s.key;
+                storeColors(fragments, i, store, place);
+            }
+        });
 }
 
 PEELER_INLINE bool isFinal(const SplatBlend& blend) {

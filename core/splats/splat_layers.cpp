@@ -18,7 +18,7 @@ namespace peeler {
 namespace {
 
 // The most splats of a batch, and of their listings in tiles.
-constexpr std::size_t kSplatsOfBatch = 8192, kListedOfBatch = std::size_t{1} << 16;
+constexpr std::size_t kSplatsOfBatch = std::size_t{1} << 15, kListedOfBatch = std::size_t{1} << 18;
 constexpr std::size_t kTasksPerThread = 4;
 
 /// Returns the multiple of kTile at or before a coordinate.
