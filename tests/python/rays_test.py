@@ -49,6 +49,16 @@ class Rays(ModuleTest):
         self.assertTrue(np.array_equal(hits.splits, img.splits))
         self.assertLess(np.abs(hits.z - img.z).max(), 1e-3)
 
+    def test_rays_hit_the_splats_that_a_picture_shows(self):
+        knot = scene("splats", include="knot")
+        img = self.r.layers(knot, size=(64, 36), splat_order="ray", precision="float")
+        hits = self.r.rays(knot, camera=0, size=(64, 36), columns=["t_hit", "base_color"])
+        self.assertTrue(np.array_equal(hits.splits, img.splits))
+        self.assertLess(np.abs(hits.z - img.z).max(), 1e-5)
+        color = hits["base_color"]
+        self.assertLess(np.abs(color[:, 3] - img.rgba[:, 3]).max(), 1e-6)
+        self.assertLess(np.abs(color[:, :3] * color[:, 3:] - img.rgba[:, :3]).max(), 1e-5)
+
     def test_lenses_and_lists_of_rays(self):
         """The module uses the worker; a batch and the command line give the same."""
         camera = {"lens": "opencv-fisheye", "distortion": (0.1, -0.02, 0, 0), "intrinsics": (24, 24, 31.5, 23.5),
