@@ -108,6 +108,33 @@ TEST(Library, FindsTheSameHitsWithAndWithoutGl) {
     EXPECT_EQ(difference(cpu, gl), "");
 }
 
+TEST(Library, FindsTheSplatsThatRaysHit) {
+    Scene scene = *twoSquares();
+    const auto splat = std::make_shared<Splats>();
+    splat->scales = {glm::vec3(0.1F)};
+    splat->rotations = {{0, 0, 0, 1}};
+    splat->opacities = {0.5F};
+    splat->harmonics = {glm::vec3(0)};
+    Primitive cloud;
+    cloud.topology = Topology::kPoints;
+    cloud.positions = {{0, 0, 0.5F}};
+    cloud.splats = splat;
+    scene.meshes.push_back({"cloud", {cloud}});
+    scene.nodes.emplace_back().mesh = 1;
+    scene.scenes.front().roots.push_back(2);
+    const Shown shown{std::make_shared<const Scene>(std::move(scene))};
+    Renderer renderer(ofTests());
+    const Bounds box = *boundsOf(shown);
+    const Bundle bundle = parallelBundle("down", box, box, {0, 0, -1}, {.resolution = 65});
+    const LayeredImage cpu = renderer.rays(shown, bundle, raySettings(), RayEngine::kCpu);
+    const LayeredImage gl = renderer.rays(shown, bundle, raySettings(), RayEngine::kGl);
+    EXPECT_EQ(difference(cpu, gl), "");
+    const std::size_t middle = cpu.pixelIndex(32, 32);
+    ASSERT_EQ(cpu.count(middle), 3U);
+    EXPECT_NEAR(color(cpu, cpu.offsets[middle] + 1).a, 0.5, 1e-6);
+    EXPECT_EQ(cpu.count(0), 2U);
+}
+
 TEST(Library, FindsNoHitsOnTheCpuWhereItMustHaveAGpu) {
     if (!sharedContext().device().software) GTEST_SKIP() << "there is a GPU";
     const Shown shown{twoSquares()};
