@@ -159,7 +159,6 @@ void BandCapture::count(const Window& band, std::vector<std::uint32_t>& counts) 
     } else {
         countSurfaces(band, counts);
     }
-    if (pass_context_.settings.opaque_only) return;
     const StageTimer timer(times_, "count");
     splats_->splats.addCounts(band, counts, splats_->hidden_from);
 }

@@ -51,7 +51,7 @@ int BandCapture::captureHiding(LayerMethod& method, const Window& band) {
     parts.passes = surfaceLayers(
         method, {.band = band, .counts = parts.surface_counts, .keys = true}, surfaces);
     parts.hidden_from = parts.shown.nearestOpaque(surfaces);
-    parts.shown.keep(pass_context_.shown, pass_context_.settings.opaque_only, surfaces);
+    parts.shown.keep(pass_context_.shown, false, surfaces);
     parts.band = band;
     return parts.passes;
 }
@@ -68,10 +68,10 @@ int BandCapture::layersWithSplats(LayerMethod& method, const BandRequest& reques
     // The fragments are those of splats and those of surfaces.
     std::vector<std::uint32_t>& counts = parts.splat_counts;
     std::span<const std::uint32_t> of_splats = request.counts;
-    if (!alone || settings.opaque_only) {
+    if (!alone) {
         const StageTimer timer(times_, "splats");
         counts.assign(band.pixels(), 0);
-        if (!settings.opaque_only) parts.splats.addCounts(band, counts, parts.hidden_from);
+        parts.splats.addCounts(band, counts, parts.hidden_from);
         of_splats = counts;
     }
     if (!alone && !hidesSplats()) {
@@ -201,8 +201,8 @@ void BandCapture::sortLists(const BandLists& lists, const std::uint32_t* stored,
 }
 
 int BandCapture::composite(LayerMethod& method, const BandRequest& request, CompositeImage& out) {
-    if (showsSplats() && !pass_context_.settings.opaque_only && !blendsTail() &&
-        posed_->drawList().draws().empty() && splats_->splats.sameOrderEverywhere()) {
+    if (showsSplats() && !blendsTail() && posed_->drawList().draws().empty() &&
+        splats_->splats.sameOrderEverywhere()) {
         const StageTimer timer(times_, "composite");
         splats_->splats.composite(request.band, request.layers, out);
         return 0;
