@@ -142,6 +142,21 @@ TEST_P(SplatHitsBy, ThroughAPinholeAreWhereResponsesAreLargest) {
         }
 }
 
+TEST_P(SplatHitsBy, OfPointsWithoutSizeAreAtTheirCentres) {
+    SceneBuilder builder;
+    addHitSplats(builder, {{.mean = {0, 0, -3}, .scale = glm::dvec3(0)}});
+    const Bounds box{{-1, -1, -4}, {1, 1, -2}};
+    CaptureSettings settings = hitSettings();
+    settings.splat_dilation = 1;
+    for (const View& view : {testView(8, 8), parallelBundle("", box, box, {0, 0, -1}, {9}).view}) {
+        const LayeredImage image = traced(builder.scene(), view, settings).image;
+        EXPECT_GT(image.fragments(), 4U);
+        const double distance = view.projection.perspective ? 3 : view.camera_to_world[3].z + 3;
+        for (const float z : image.z)
+            EXPECT_NEAR(static_cast<double>(z), distance, 1e-6);
+    }
+}
+
 TEST_P(SplatHitsBy, AreAmongSurfacesByDepth) {
     SceneBuilder builder;
     addHitSplats(builder, {{.mean = {0, 0, -5}}, {.mean = {0, 0, -3}}, {.mean = {0, 0, -4}}});
