@@ -138,7 +138,7 @@ class SplatProjector {
             out.distance = sortedDistance(glm::length(at));
         out.key = piece.first_key + static_cast<std::uint32_t>(i);
         setColor(piece, i, mean, out);
-        if (depth) setDepth(axes, scale, at, *depth);
+        if (depth) setDepth(axes, scale, at, dilation, *depth);
         return std::isfinite(out.x) && std::isfinite(out.y) && std::isfinite(out.half_width) &&
                std::isfinite(out.half_height);
     }
@@ -158,9 +158,10 @@ class SplatProjector {
         out.blue = static_cast<float>(color.b);
     }
 
-    /// Sets the depth along rays, up to a common factor of both terms.
-    static void setDepth(const glm::dmat3& axes, const glm::dvec3& scale, const glm::dvec3& at,
-                         SplatDepth& depth) {
+    /// Sets the depth along rays of the dilated splat, up to a common factor of both terms. The
+    /// dilation adds to the variances across the viewing axis.
+    void setDepth(const glm::dmat3& axes, const glm::dvec3& scale, const glm::dvec3& at,
+                  double dilation, SplatDepth& depth) const {
         const double largest = std::max({scale.x, scale.y, scale.z});
         const glm::dmat3 own = glm::inverse(axes);  // to the splat's axes
         glm::dmat3 white;                           // to where the splat is a sphere
@@ -168,7 +169,16 @@ class SplatProjector {
             for (int row = 0; row < 3; ++row)
                 white[k][row] =
                     own[k][row] * (largest / std::max(scale[row], kLeastScale * largest));
-        const glm::dmat3 p = glm::transpose(white) * white;
+        glm::dmat3 p = glm::transpose(white) * white;
+        if (dilation > 0) {
+            // The inverse of a sum (Woodbury), which is exact for thin splats, too.
+            const glm::dvec2 pixel = (perspective_ ? at.z : 1) / (focal_ * largest);
+            glm::dmat2 sum(p);
+            sum[0][0] += 1 / (dilation * pixel.x * pixel.x);
+            sum[1][1] += 1 / (dilation * pixel.y * pixel.y);
+            const glm::dmat2x3 across(p[0], p[1]);
+            p -= across * glm::inverse(sum) * glm::transpose(across);
+        }
         const glm::dvec3 along = p * at;
         for (int k = 0; k < 3; ++k)
             depth.along[k] = static_cast<float>(along[k]);

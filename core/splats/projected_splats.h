@@ -29,7 +29,7 @@ struct alignas(64) ProjectedSplat {
     std::uint32_t key = 0;
 };
 
-/// The depth along rays at which a splat's response is largest: the camera Z is
+/// The depth along rays at which a dilated splat's response is largest: the camera Z is
 /// (along · r) / (rᵀ · precision · r) for the ray r = (x, y, 1) of camera space, y down, z forward.
 struct SplatDepth {
     float along[3]{};

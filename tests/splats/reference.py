@@ -150,7 +150,10 @@ def fragments(cloud, camera, dilation, order="z"):
         thick = np.maximum(cloud.scales, THIN * cloud.scales.max(1, keepdims=True))
         origin, ray = (np.concatenate(parts, -1) for parts in
                        (((slopes, 0 * one), (none, one)) if camera.parallel else ((none, 0 * one), (slopes, one))))
-        white = np.linalg.inv(splats.axes * thick[:, None])  # to where the splat is a unit sphere
+        spread = (splats.axes * thick[:, None] ** 2) @ splats.axes.transpose(0, 2, 1)
+        depth = 1 if camera.parallel else splats.at[:, 2:]
+        spread[:, [0, 1], [0, 1]] += dilation * (depth / camera.focal) ** 2
+        white = np.linalg.inv(np.linalg.cholesky(spread))  # to where the dilated splat is a unit sphere
         steps = np.einsum("nij,yxj->nyxi", white, ray)
         to_mean = np.einsum("nij,nyxj->nyxi", white, splats.at[:, None, None] - origin)
         along = (steps * to_mean).sum(-1) / (steps**2).sum(-1)

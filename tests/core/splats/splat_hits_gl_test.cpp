@@ -12,7 +12,6 @@
 #include <peeler/bundle.h>
 #include <peeler/error.h>
 #include "core/rays/ray_maps.h"
-#include "core/splats/splat_bounds.h"
 #include "core/splats/splat_hits.h"
 #include "support/capture.h"
 #include "support/closed_meshes.h"
@@ -65,11 +64,13 @@ glm::dmat3 covarianceOf(const HitSplat& splat) {
 }
 
 /// Returns the opacity and the distance of a splat on a parallel ray along −Z that starts at
-/// `start`: the marginal over Z of its Gaussian, and the conditional mean of Z.
-std::pair<double, double> onRayAlongZ(const HitSplat& splat, const glm::dvec3& start) {
+/// `start`: the marginal over Z of its Gaussian, and the conditional mean of Z. `widening` adds to
+/// the variances of X and Y.
+std::pair<double, double> onRayAlongZ(const HitSplat& splat, const glm::dvec3& start,
+                                      double widening) {
     const glm::dmat3 c = covarianceOf(splat);
     const glm::dvec2 d = glm::dvec2(start - splat.mean);
-    const glm::dvec2 solved = glm::inverse(glm::dmat2(c)) * d;
+    const glm::dvec2 solved = glm::inverse(glm::dmat2(c) + widening * glm::dmat2(1)) * d;
     const double z = splat.mean.z + glm::dot(glm::dvec2(c[2]), solved);
     return {std::min(0.99, splat.opacity * std::exp(-glm::dot(d, solved) / 2)), start.z - z};
 }
@@ -93,19 +94,29 @@ TEST_P(SplatHitsBy, AreMarginalsAtConditionalMeans) {
                            .scale = {0.4, 0.1, 0.2},
                            .turn = glm::normalize(glm::dquat(0.8, 0.3, -0.5, 0.2)),
                            .opacity = 0.9};
-    for (const HitSplat& splat : {round, oblique}) {
+    // A disc nearly along the rays: where only the dilation reaches, its depth is not far off.
+    const HitSplat disc{.mean = {0, 0, -3},
+                        .scale = {1, 1, 1e-3},
+                        .turn = glm::angleAxis(1.56, glm::dvec3(0, 1, 0)),
+                        .opacity = 0.9};
+    const std::pair<HitSplat, double> rows[] = {{round, 0}, {oblique, 0}, {oblique, 4}, {disc, 4}};
+    for (const auto& [splat, dilation] : rows) {
         SceneBuilder builder;
         addHitSplats(builder, {splat});
-        const Bounds box = splatBounds(PosedScene(builder.scene(), 0)).value();
-        const Bundle bundle = parallelBundle("", box, box, {0, 0, -1}, {60});
-        const TracedHits hits = traced(builder.scene(), bundle.view);
+        const Bounds box{splat.mean - 3.0, splat.mean + 3.0};
+        const Bundle bundle = parallelBundle("", box, box, {0, 0, -1}, {200});
+        const double spacing = bundle.size().x / bundle.view.width;
+        CaptureSettings settings = hitSettings();
+        settings.splat_dilation = dilation;
+        const TracedHits hits = traced(builder.scene(), bundle.view, settings);
         EXPECT_EQ(hits.plan.fragments_counted, hits.image.fragments());
         std::size_t found = 0;
         for (int y = 0; y < bundle.view.height; ++y) {
             for (int x = 0; x < bundle.view.width; ++x) {
                 const std::size_t pixel = hits.image.pixelIndex(x, y);
                 const auto [alpha, distance] =
-                    onRayAlongZ(splat, worldPosition(bundle.view, x + 0.5, y + 0.5, 0));
+                    onRayAlongZ(splat, worldPosition(bundle.view, x + 0.5, y + 0.5, 0),
+                                dilation * spacing * spacing);
                 const double least = std::max(1.0 / 255, splat.opacity * std::exp(-4.5));
                 if (std::abs(alpha / least - 1) < 0.01) continue;
                 ASSERT_EQ(hits.image.count(pixel), alpha > least ? 1U : 0U) << x << ' ' << y;

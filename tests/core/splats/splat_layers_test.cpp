@@ -163,7 +163,10 @@ std::vector<WantedSplat> referenceFragments(const std::vector<Blob>& blobs, cons
         if (square > 9 || alpha < 1.0 / 255) continue;
         const glm::dvec3 ray((x + 0.5 - view.width / 2.0) / focal,
                              (y + 0.5 - view.height / 2.0) / focal, 1);
-        const glm::dmat3 precision = glm::inverse(covariance);
+        const double pixel = at.z / focal;
+        const glm::dvec3 widening = dilation * pixel * pixel * glm::dvec3(1, 1, 0);
+        const glm::dmat3 precision =
+            glm::inverse(covariance + glm::dmat3(widening.x, 0, 0, 0, widening.y, 0, 0, 0, 0));
         const double along = glm::dot(ray, precision * at) / glm::dot(ray, precision * ray);
         found.push_back({order == SplatOrder::kRay ? along : at.z, alpha, i});
     }
