@@ -67,7 +67,7 @@ class Gsplat(unittest.TestCase):
         camera = look((0.5, 0.3, 3.5))
         random = np.random.default_rng(12)
         cloud = joined(random_cloud(random, 50, 0), random_cloud(random, 50, 0, (0.3, 0.3, 0.001)))
-        z = reference.fragments(cloud, camera, 0.3, "ray").z
+        z = reference.fragments(cloud, camera, 0, "ray").z
         pixels = np.stack(np.meshgrid(*(np.arange(n) + 0.5 for n in camera.size)), -1)
         rays = np.concatenate([(pixels - camera.middle) / camera.focal, np.ones_like(pixels[..., :1])], -1)
         length = np.linalg.norm(rays, axis=-1)
