@@ -128,9 +128,10 @@ class SplatProjector {
         out.y = static_cast<float>(place.y);
         out.half_width = static_cast<float>(std::sqrt(-2 * least * xx));
         out.half_height = static_cast<float>(std::sqrt(-2 * least * yy));
-        out.xx = static_cast<float>(yy / determinant);
-        out.xy = static_cast<float>(-xy / determinant);
-        out.yy = static_cast<float>(xx / determinant);
+        // The rows of a Gaussian are Gaussians of one width, whose means lie on a line.
+        out.lean = static_cast<float>(xy / yy);
+        out.across = static_cast<float>(std::sqrt(0.5 * yy / determinant));
+        out.down = static_cast<float>(std::sqrt(0.5 / yy));
         out.least = static_cast<float>(least);
         out.opacity = static_cast<float>(opacity);
         out.z = static_cast<float>(at.z);

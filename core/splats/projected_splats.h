@@ -14,12 +14,12 @@
 namespace peeler {
 
 /// A splat in a picture. Its response at the offset d from the mean is
-/// G = exp(−(xx · d.x² + yy · d.y²) / 2 − xy · d.x · d.y), its opacity there min(0.99, opacity ·
-/// G).
+/// G = exp(−((d.x − lean · d.y) · across)² − (d.y · down)²), its opacity there min(0.99, opacity ·
+/// G). Unlike terms with the inverse of the projected covariance, these do not cancel.
 struct alignas(64) ProjectedSplat {
     float x = 0, y = 0;                     ///< mean, pixels, y down
     float half_width = 0, half_height = 0;  ///< of the box with all fragments, pixels
-    float xx = 0, xy = 0, yy = 0;           ///< inverse of the projected covariance
+    float lean = 0, across = 0, down = 0;
     /// Least exponent of a fragment: within 3 standard deviations, and opacity at least 1/255.
     float least = 0;
     float opacity = 0;

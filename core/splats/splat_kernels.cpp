@@ -146,12 +146,12 @@ PEELER_INLINE void forGroups(const SplatTile& tile, std::uint32_t splat, const V
         const EightInts inside = (kLaneNumbers >= left - first) & (kLaneNumbers < right - first);
         const EightFloats dx =
             __builtin_convertvector(kLaneNumbers + first, EightFloats) + (tile.sample_x - s.x);
-        const EightFloats across = dx * (-0.5F * s.xx);
         for (int y = top; y < bottom; ++y) {
             const float dy = static_cast<float>(y) + tile.sample_y - s.y;
             group.row = y - tile.y0;
-            group.exponent = (across + -s.xy * dy) * dx + -0.5F * s.yy * dy * dy;
-            group.exponent = group.exponent < 0 ? group.exponent : EightFloats{};
+            const EightFloats share = (dx - s.lean * dy) * s.across;
+            const float down = dy * s.down;
+            group.exponent = -(share * share) - down * down;
             group.kept = (group.exponent >= s.least) & inside;
             if (tile.hides) {
                 EightFloats z, hidden_from;

@@ -76,6 +76,10 @@ class Reference(unittest.TestCase):
         for by_ray in (False, True):
             self.check(joined(needles, discs, opaque, border, near, behind), CAMERAS["perspective"], by_ray=by_ray)
 
+    def test_splats_thinner_than_a_pixel(self):
+        """Without dilation; the needles are 0.2 pixels thin."""
+        self.check(random_cloud(self.random, 200, 0, (0.5, 0.012, 0.012)), CAMERAS["perspective"], 0)
+
     def test_antialiased_training(self):
         small = random_cloud(self.random, 300, 0, 0.01 * np.exp(2 * self.random.random((300, 3))))
         self.check(small._replace(compensated=True), CAMERAS["perspective"])
