@@ -12,6 +12,7 @@
 #include <limits>
 #include <random>
 
+#include <peeler/work.h>
 #include "core/image/composite.h"
 #include "core/splats/splat_layers.h"
 #include "support/capture.h"
@@ -348,33 +349,40 @@ TEST(SplatLayers, RoundColoursToTheNearestHalf) {
 }
 
 TEST(SplatLayers, DoNotDependOnBatches) {
-    // More splats, and more of them in tiles, than are binned at once.
-    std::mt19937 random(10);
-    std::uniform_real_distribution<double> share(0, 1);
-    std::vector<Blob> blobs(9000);
-    for (Blob& blob : blobs) {
-        blob.mean = {40 * share(random) - 20, 0, -2 - share(random)};
-        blob.scale = {1, 1, 0.1};
+    // More splats, or splats in more tiles, than a batch has. One thread takes whole rows of tiles.
+    const struct {
+        std::size_t splats;
+        double width;
+    } rows[] = {{40'000, 0.2}, {5'000, 20}};
+    for (const auto& [splats, width] : rows) {
+        std::mt19937 random(10);
+        std::uniform_real_distribution<double> share(0, 1);
+        std::vector<Blob> blobs(splats);
+        for (Blob& blob : blobs) {
+            blob.mean = {40 * share(random) - 20, 0, -2 - share(random)};
+            blob.scale = {width, 1, 0.1};
+        }
+        View view = testView(1024, 24);
+        view.projection.half_width = 20;
+        view.crop = {0, 12, 1024, 13};
+        const Scene scene = sceneOfBlobs(blobs);
+        setThreadCount(1);
+        const LayeredImage whole = splatLayersOf(scene, view, floatColors());
+        setThreadCount(0);
+        ASSERT_GT(whole.fragments(), 10 * splats);
+        expectInOrder(whole);
+        std::size_t fragments = 0;
+        for (int x = 0; x < 1024; x += 61) {
+            View part = view;
+            part.crop.x0 = x;
+            part.crop.x1 = std::min(x + 61, 1024);
+            const LayeredImage image = splatLayersOf(scene, part, floatColors());
+            EXPECT_TRUE(std::equal(image.z.begin(), image.z.end(),
+                                   whole.z.begin() + static_cast<std::ptrdiff_t>(fragments)));
+            fragments += image.fragments();
+        }
+        EXPECT_EQ(fragments, whole.fragments());
     }
-    View view = testView(1024, 24);
-    view.projection.half_width = 20;
-    const Scene scene = sceneOfBlobs(blobs);
-    view.crop = {0, 12, 1024, 13};
-    const LayeredImage whole = splatLayersOf(scene, view, floatColors());
-    ASSERT_GT(whole.fragments(), std::uint64_t{9000} * 16);
-    expectInOrder(whole);
-    std::uint64_t fragments = 0;
-    for (int x = 0; x < 1024; x += 61) {
-        View part = view;
-        part.crop.x0 = x;
-        part.crop.x1 = std::min(x + 61, 1024);
-        const LayeredImage image = splatLayersOf(scene, part, floatColors());
-        fragments += image.fragments();
-        const std::size_t from = whole.offsets[static_cast<std::size_t>(x)];
-        EXPECT_TRUE(std::equal(image.z.begin(), image.z.end(),
-                               whole.z.begin() + static_cast<std::ptrdiff_t>(from)));
-    }
-    EXPECT_EQ(fragments, whole.fragments());
 }
 
 TEST(SplatLayers, AreHiddenAtAndBehindAZ) {
