@@ -319,7 +319,7 @@ PEELER_INLINE void blendGroup(const SplatTile& tile, const ProjectedSplat& s,
 
     depthsOf(tile, group, z);
     loadEight(blend.z + at, nearest);
-    nearest = kept & (z < nearest) ? z : nearest;
+    nearest = (kept & (z < nearest)) ? z : nearest;
     storeEight(nearest, blend.z + at);
 
     exponentialOf(group.exponent, response);

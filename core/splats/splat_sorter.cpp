@@ -5,7 +5,6 @@
 #include <bit>
 #include <cstring>
 #include <limits>
-#include <ranges>
 #include <span>
 #include <utility>
 
@@ -83,9 +82,9 @@ void SplatSorter::sort(const Window& pixels, LayeredImage& image) {
             const std::size_t first = image.pixelIndex(x, y);
             const auto together =
                 std::min<std::size_t>(kListsAtOnce, static_cast<std::size_t>(pixels.x1 - x));
-            const bool sorted = std::ranges::all_of(
-                std::views::iota(first, first + together),
-                [&](std::size_t pixel) { return isInOrder(image, pixel, keys); });
+            bool sorted = true;
+            for (std::size_t pixel = first; pixel < first + together; ++pixel)
+                sorted = sorted && isInOrder(image, pixel, keys);
             if (!sorted) sortTogether(image, first, together);
             x += static_cast<int>(together);
         }
