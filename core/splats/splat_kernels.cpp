@@ -87,7 +87,9 @@ struct SplatGroup {
     EightFloats exponent;  ///< of the response
     EightInts kept;        ///< whether the pixel has a fragment
 
-    std::size_t at() const { return static_cast<std::size_t>(row * kTile + column); }
+    std::size_t at() const {
+        return static_cast<std::size_t>(row) * kTile + static_cast<std::size_t>(column);
+    }
 };
 
 /// Computes the Z of a splat's fragments.
@@ -349,27 +351,38 @@ PEELER_INLINE bool blendIn(const SplatTile& tile, SplatBlend& blend) {
     return isFinal(blend);
 }
 
-// The functions above, compiled for a processor.
-#define PEELER_SPLAT_KERNELS(name, target)                                                         \
-    target std::size_t find##name(const SplatBoxes& boxes, std::size_t from,                       \
-                                  const float(&window)[4], std::uint32_t* found, std::size_t room, \
-                                  std::size_t& count) {                                            \
-        return findIn(boxes, from, window, found, room, count);                                    \
-    }                                                                                              \
-    target void count##name(const SplatTile& tile, std::uint32_t* counts) {                        \
-        countIn(tile, counts);                                                                     \
-    }                                                                                              \
-    target void capture##name(const SplatTile& tile, SplatStore& store) {                          \
-        captureIn(tile, store);                                                                    \
-    }                                                                                              \
-    target bool blend##name(const SplatTile& tile, SplatBlend& blend) {                            \
-        return blendIn(tile, blend);                                                               \
-    }                                                                                              \
-    constexpr SplatKernels kSplats##name = {find##name, count##name, capture##name, blend##name};
+// The functions above, compiled for every processor and for AVX2.
+std::size_t findOnEvery(const SplatBoxes& boxes, std::size_t from, const float (&window)[4],
+                        std::uint32_t* found, std::size_t room, std::size_t& count) {
+    return findIn(boxes, from, window, found, room, count);
+}
+void countOnEvery(const SplatTile& tile, std::uint32_t* counts) {
+    countIn(tile, counts);
+}
+void captureOnEvery(const SplatTile& tile, SplatStore& store) {
+    captureIn(tile, store);
+}
+bool blendOnEvery(const SplatTile& tile, SplatBlend& blend) {
+    return blendIn(tile, blend);
+}
+constexpr SplatKernels kSplatsOnEvery = {findOnEvery, countOnEvery, captureOnEvery, blendOnEvery};
 
-PEELER_SPLAT_KERNELS(OnEvery, )
 #ifdef __x86_64__
-PEELER_SPLAT_KERNELS(OnAvx2, [[gnu::target("avx2")]])
+[[gnu::target("avx2")]] std::size_t findOnAvx2(const SplatBoxes& boxes, std::size_t from,
+                                               const float (&window)[4], std::uint32_t* found,
+                                               std::size_t room, std::size_t& count) {
+    return findIn(boxes, from, window, found, room, count);
+}
+[[gnu::target("avx2")]] void countOnAvx2(const SplatTile& tile, std::uint32_t* counts) {
+    countIn(tile, counts);
+}
+[[gnu::target("avx2")]] void captureOnAvx2(const SplatTile& tile, SplatStore& store) {
+    captureIn(tile, store);
+}
+[[gnu::target("avx2")]] bool blendOnAvx2(const SplatTile& tile, SplatBlend& blend) {
+    return blendIn(tile, blend);
+}
+constexpr SplatKernels kSplatsOnAvx2 = {findOnAvx2, countOnAvx2, captureOnAvx2, blendOnAvx2};
 #endif
 
 }  // namespace
