@@ -39,15 +39,22 @@ void CompositeImage::clear() {
     z.clear();
 }
 
-std::array<float, 4> over(const std::array<float, 4>& a, const std::array<float, 4>& b) {
+namespace {
+
+using Color = std::array<float, 4>;
+
+// Compilers do not inline exported functions, which other libraries may replace. So loops call
+// these functions instead of over().
+
+Color addBehind(const Color& a, const Color& b) {
     const float rest = 1.0F - a[3];
-    std::array<float, 4> sum = a;
+    Color sum = a;
     for (std::size_t c = 0; c < 4; ++c)
         sum[c] += rest * b[c];
     return sum;
 }
 
-TintedColor over(const TintedColor& a, const TintedColor& b) {
+TintedColor addBehind(const TintedColor& a, const TintedColor& b) {
     TintedColor sum = a;
     for (std::size_t c = 0; c < 3; ++c) {
         const float rest = 1.0F - a[4 + c];
@@ -58,9 +65,17 @@ TintedColor over(const TintedColor& a, const TintedColor& b) {
     return sum;
 }
 
-namespace {
+}  // namespace
 
-using Color = std::array<float, 4>;
+std::array<float, 4> over(const std::array<float, 4>& a, const std::array<float, 4>& b) {
+    return addBehind(a, b);
+}
+
+TintedColor over(const TintedColor& a, const TintedColor& b) {
+    return addBehind(a, b);
+}
+
+namespace {
 
 /// Return a colour loaded from consecutive components. `C` is Color or TintedColor.
 template <class C>
@@ -80,7 +95,7 @@ template <class C, class T>
 C overInOrder(const T* colors, std::size_t count) {
     C sum{};
     for (std::size_t f = 0; f < count; ++f)
-        sum = over(sum, load<C>(colors + sum.size() * f));
+        sum = addBehind(sum, load<C>(colors + sum.size() * f));
     return sum;
 }
 
@@ -142,10 +157,14 @@ void compositePixels(const Pixels& pixels, const C& background, const One& one) 
     const T* colors = image.color.as<T>().data();
     for (std::size_t p = pixels.begin; p < pixels.end; ++p) {
         const std::uint32_t first = image.offsets[p], count = image.count(p);
+        if (count == 0) {
+            pixels.out.setColor(pixels.to + p, background);
+            pixels.out.z[pixels.to + p] = std::numeric_limits<float>::infinity();
+            continue;
+        }
         const C color = one.template operator()<C>(colors + background.size() * first, count);
-        pixels.out.setColor(pixels.to + p, over(color, background));
-        pixels.out.z[pixels.to + p] =
-            count > 0 ? image.z[first] : std::numeric_limits<float>::infinity();
+        pixels.out.setColor(pixels.to + p, addBehind(color, background));
+        pixels.out.z[pixels.to + p] = image.z[first];
     }
 }
 
@@ -192,7 +211,7 @@ struct NearestLayers {
         const std::size_t kept = std::min(count, limit);
         const C front = overInOrder<C>(colors, kept);
         if (tail == Tail::kDrop || kept == count) return front;
-        return over(front, averageOf<C>(colors + front.size() * kept, count - kept));
+        return addBehind(front, averageOf<C>(colors + front.size() * kept, count - kept));
     }
 };
 
