@@ -587,10 +587,13 @@ TEST_P(BorrowedStateRow, ChangesNoPictureAndIsPutBack) {
     });
 }
 
+/// Returns a sample of the rows. IsAsItWasWhateverIsRendered tests all rows at once.
 std::vector<std::string> rowNames() {
+    const std::size_t step = exhaustive() ? 1 : 3;
     std::vector<std::string> names;
-    for (const gl::StateRow& row : gl::borrowedStateRows())
-        names.emplace_back(row.name);
+    const auto rows = gl::borrowedStateRows();
+    for (std::size_t i = 0; i < rows.size(); i += step)
+        names.emplace_back(rows[i].name);
     return names;
 }
 
