@@ -6,7 +6,7 @@ ENDLESS = 300  # timeout in seconds; a frame takes a fraction of a second
 FLAGS = [
     "--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--use-gl=angle",
     "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--force-device-scale-factor=1",
-    "--window-size=1000,800", "--disable-background-networking",
+    "--window-size=600,500", "--disable-background-networking",
 ]
 
 
