@@ -15,6 +15,7 @@
 #include "core/splats/splat_hits.h"
 #include "support/capture.h"
 #include "support/closed_meshes.h"
+#include "support/splats.h"
 #include "support/traced_hits.h"
 
 namespace peeler::test {
@@ -28,11 +29,7 @@ struct HitSplat {
 
 /// Adds a node with white splats.
 void addHitSplats(SceneBuilder& builder, const std::vector<HitSplat>& list) {
-    const int material = builder.material({1, 1, 1, 1});
-    builder.triangles({{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}, material);
-    Primitive& primitive = builder.scene().meshes.back().primitives.front();
-    primitive.topology = Topology::kPoints;
-    primitive.positions.clear();
+    Primitive& primitive = addPoints(builder);
     const auto splats = std::make_shared<Splats>();
     for (const HitSplat& splat : list) {
         primitive.positions.emplace_back(splat.mean);

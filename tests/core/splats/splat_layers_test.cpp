@@ -16,6 +16,7 @@
 #include "core/image/composite.h"
 #include "core/splats/splat_layers.h"
 #include "support/capture.h"
+#include "support/splats.h"
 
 namespace peeler::test {
 namespace {
@@ -32,11 +33,7 @@ struct Blob {
 
 Scene sceneOfBlobs(const std::vector<Blob>& blobs, double dilation = 0, bool by_distance = false) {
     SceneBuilder builder;
-    const int material = builder.material({1, 1, 1, 1});
-    builder.triangles({{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}, material);
-    Primitive& primitive = builder.scene().meshes.back().primitives.front();
-    primitive.topology = Topology::kPoints;
-    primitive.positions.clear();
+    Primitive& primitive = addPoints(builder);
     const auto splats = std::make_shared<Splats>();
     splats->dilation = dilation;
     splats->by_distance = by_distance;

@@ -13,17 +13,14 @@
 #include "core/splats/splat_layers.h"
 #include "support/capture.h"
 #include "support/flat.h"
+#include "support/splats.h"
 
 namespace peeler::test {
 namespace {
 
 /// Adds a cloud of small splats in front of the camera to a scene.
 void addSplats(SceneBuilder& builder, std::size_t count) {
-    const int material = builder.material({1, 1, 1, 1});
-    builder.triangles({{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}, material);
-    Primitive& primitive = builder.scene().meshes.back().primitives.front();
-    primitive.topology = Topology::kPoints;
-    primitive.positions.clear();
+    Primitive& primitive = addPoints(builder);
     const auto splats = std::make_shared<Splats>();
     std::mt19937 random(7);
     std::uniform_real_distribution<float> share(0, 1);
