@@ -173,7 +173,7 @@ GlRenderer& CaptureJob::openRenderer(const PosedScene& posed) {
         renderer_->setPose(posed);
         return *renderer_;
     }
-    const bool needs_gl = options_.device.choosesDevice() || !hasOnlySplats(posed);
+    const bool needs_gl = needsContext(options_.device, posed);
     if (needs_gl && !session_.hasContext()) {
         const StageTimer timer(times_, "context");
         session_.context(options_.device);

@@ -68,11 +68,15 @@ bool GlSession::findGpu(std::string& reasons) {
     return true;
 }
 
+bool needsContext(const gl::ContextRequest& device, const PosedScene& posed) {
+    return device.choosesDevice() || !hasOnlySplats(posed);
+}
+
 GlRenderer& GlSession::renderer(const gl::ContextRequest& device,
                                 const std::shared_ptr<const Scene>& scene, int index,
                                 const PosedScene& posed) {
-    const bool needs_gl = function_of_ || device.choosesDevice() || !hasOnlySplats(posed);
-    gl::Context* const opened = needs_gl ? &context(device) : nullptr;
+    gl::Context* const opened =
+        function_of_ || needsContext(device, posed) ? &context(device) : nullptr;
     const auto known = std::ranges::find_if(uploads_, [&](const Upload& upload) {
         return scene && upload.scene == scene && upload.index == index;
     });

@@ -20,6 +20,10 @@ class AdoptedContext;
 class BorrowedState;
 }  // namespace gl
 
+/// Whether rendering a scene needs a context: splats alone do not, unless the request chooses a
+/// device.
+bool needsContext(const gl::ContextRequest& device, const PosedScene& posed);
+
 /// A GL context and the scenes uploaded to it, which are kept for later renders. A session belongs
 /// to the thread on which its context is current. The owner of a borrowed context may make it
 /// current on another thread.
@@ -54,7 +58,7 @@ class GlSession {
     /// Returns the renderer of the scene in this pose, uploaded to the context of this device.
     /// `index` is the index of the posed scene in the file. If `scene` is null, the session does
     /// not own the scene, and the scene of `posed` must remain valid until closeUnowned(). Opens no
-    /// context for splats alone, unless the request chooses a device. Throws like context() and
+    /// context unless needsContext() or the session borrows. Throws like context() and
     /// GlRenderer().
     GlRenderer& renderer(const gl::ContextRequest& device,
                          const std::shared_ptr<const Scene>& scene, int index,

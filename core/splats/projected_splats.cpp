@@ -73,6 +73,17 @@ glm::dvec3 rayTo(const SplatPiece& piece, const glm::dvec3& mean, bool perspecti
     return unitOrZero(piece.toward_mesh * ray);
 }
 
+/// Returns the colour of a splat toward the camera: sRGB-encoded if `encoded`, else linear.
+glm::dvec3 colorOf(const SplatPiece& piece, std::size_t i, bool perspective, bool encoded) {
+    const glm::dvec3 toward = rayTo(piece, glm::dvec3((*piece.means)[i]), perspective);
+    glm::dvec3 color = colorToward(*piece.splats, i, toward);
+    for (int c = 0; c < 3; ++c) {
+        if (encoded && piece.splats->linear) color[c] = srgbFromLinear(color[c]);
+        if (!encoded && !piece.splats->linear) color[c] = linearFromSrgb(color[c]);
+    }
+    return glm::min(color, 65504.0);
+}
+
 class SplatProjector {
   public:
     SplatProjector(const View& view, const CaptureSettings& settings)
@@ -138,22 +149,16 @@ class SplatProjector {
         if (splats.by_distance && by_center_ && perspective_)
             out.distance = sortedDistance(glm::length(at));
         out.key = piece.first_key + static_cast<std::uint32_t>(i);
-        setColor(piece, i, mean, out);
+        setColor(piece, i, out);
         if (depth) setDepth(axes, scale, at, dilation, *depth);
         return std::isfinite(out.x) && std::isfinite(out.y) && std::isfinite(out.half_width) &&
                std::isfinite(out.half_height);
     }
 
   private:
-    void setColor(const SplatPiece& piece, std::size_t i, const glm::dvec3& mean,
-                  ProjectedSplat& out) const {
-        glm::dvec3 color = colorToward(*piece.splats, i, rayTo(piece, mean, perspective_));
-        const bool encoded = settings_.splat_blending == SplatBlending::kDisplay;
-        for (int c = 0; c < 3; ++c) {
-            if (encoded && piece.splats->linear) color[c] = srgbFromLinear(color[c]);
-            if (!encoded && !piece.splats->linear) color[c] = linearFromSrgb(color[c]);
-        }
-        color = glm::min(color, 65504.0);
+    void setColor(const SplatPiece& piece, std::size_t i, ProjectedSplat& out) const {
+        const glm::dvec3 color =
+            colorOf(piece, i, perspective_, settings_.splat_blending == SplatBlending::kDisplay);
         out.red = static_cast<float>(color.r);
         out.green = static_cast<float>(color.g);
         out.blue = static_cast<float>(color.b);
@@ -387,14 +392,8 @@ std::vector<glm::vec3> splatColors(const PosedScene& posed, const View& view,
             const auto after =
                 std::ranges::upper_bound(pieces, keys[i], {}, &SplatPiece::first_key);
             const SplatPiece& piece = *std::prev(after);
-            const std::size_t splat = keys[i] - piece.first_key;
-            const glm::dvec3 toward =
-                rayTo(piece, glm::dvec3((*piece.means)[splat]), view.projection.perspective);
-            glm::dvec3 color = colorToward(*piece.splats, splat, toward);
-            if (!piece.splats->linear)
-                for (int c = 0; c < 3; ++c)
-                    color[c] = linearFromSrgb(color[c]);
-            colors[i] = glm::min(color, 65504.0);
+            colors[i] =
+                colorOf(piece, keys[i] - piece.first_key, view.projection.perspective, false);
         }
     });
     return colors;
