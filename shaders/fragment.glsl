@@ -12,7 +12,12 @@ layout(binding = PEELER_OPAQUE_PRIMITIVE_UNIT) uniform usampler2D opaque_primiti
 // Runs the depth test before anything is stored. The test writes no depth, so a fragment that is
 // discarded later hides no other fragment.
 layout(early_fragment_tests) in;
+#ifdef MULTISAMPLED
+layout(binding = PEELER_OPAQUE_DEPTH_UNIT) uniform sampler2DMS opaque_depths;
+layout(binding = PEELER_OPAQUE_PRIMITIVE_UNIT) uniform usampler2DMS opaque_keys;  // see opaque_key.frag
+#else
 layout(binding = PEELER_OPAQUE_FRAGMENT_UNIT) uniform usampler2D opaque_fragment;  // see opaque.frag
+#endif
 #endif
 
 struct Key {
@@ -42,9 +47,12 @@ ivec2 placeInBand() {
     return ivec2(frame.tile.x + int(gl_FragCoord.x), frame.tile.y + frame.tile.w - 1 - int(gl_FragCoord.y)) - frame.band.xy;
 }
 
-/// Returns the index into the band's per-pixel arrays.
+/// Returns the index into the band's per-pixel arrays. In multisampled passes, every sample has an array.
 uint pixelIndex() {
     ivec2 at = placeInBand();
+#if defined(MULTISAMPLED) && defined(IN_FRONT)
+    at.y += gl_SampleID * frame.band.w;
+#endif
     return uint(at.y * frame.band.z + at.x);
 }
 
@@ -102,7 +110,12 @@ bool inRange(Key key) {
 #ifdef IN_FRONT
     // All primitives of a draw have the same material. So first keys of draws are enough to order
     // an opaque and a transparent fragment at the same depth.
-    uvec4 opaque = texelFetch(opaque_fragment, ivec2(gl_FragCoord.xy), 0);
+#ifdef MULTISAMPLED
+    uvec2 opaque = uvec2(floatBitsToUint(texelFetch(opaque_depths, ivec2(gl_FragCoord.xy), gl_SampleID).r),
+                         texelFetch(opaque_keys, ivec2(gl_FragCoord.xy), gl_SampleID).r);
+#else
+    uvec2 opaque = texelFetch(opaque_fragment, ivec2(gl_FragCoord.xy), 0).rg;
+#endif
     if (precedes(Key(uintBitsToFloat(opaque.r), opaque.g), Key(key.depth, first_key))) return false;
 #endif
     return true;

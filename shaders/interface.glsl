@@ -60,6 +60,9 @@ using glm::vec4;
 // Blocks of shaded hits, which replace PEELER_LIST_HEADS and PEELER_FRAGMENTS.
 #define PEELER_HITS 0        // a HitRecord per hit
 #define PEELER_HIT_COLORS 1  // colour per hit, as in packed_color.glsl
+// The samples of pixels, row by row, y down (sample_keys.comp).
+#define PEELER_SAMPLE_KEYS 0    // four keys of triangles per pixel; 0 = none
+#define PEELER_SAMPLE_DEPTHS 1  // float per pixel: the greatest buffer depth of the samples
 
 // Texture units. GL guarantees 16 per shader. A material may use 17, and lights and peeling need
 // others. So a program declares only the samplers that its variant reads, and GpuScene counts a

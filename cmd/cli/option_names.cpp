@@ -63,6 +63,7 @@ constexpr OptionName kOptionNames[] = {
     {Parameter::kRenderer, "peeler render SCENE -o out.exr"},
     {Parameter::kRequireGpu, "--require-gpu"},
     {Parameter::kResolution, "--resolution"},
+    {Parameter::kShadePer, "--shade-per"},
     {Parameter::kShadowSize, "--shadow-size"},
     {Parameter::kShadows, "--shadows"},
     {Parameter::kSize, "--size"},

@@ -67,6 +67,7 @@ constexpr Setting kSettings[] = {
     {"samples", "--samples", "1"},
     {"selected", "--include, --exclude or --material", "none", nullptr,
      "other objects of the file"},
+    {"shadePer", "--shade-per", "sample"},
     {"shadows", "--shadows", "off",
      [](const Value& value) { return "maps of " + plainText(value) + " texels"; }},
     {"tail", "--tail", "drop"},

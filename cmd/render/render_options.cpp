@@ -108,6 +108,13 @@ void addRenderOptions(VerbOptions& verb, RenderOptions& options) {
         "alone whose colours are stored as sRGB, else linear):")
         .oneOf(describeChoices(kSplatBlendings))
         .group("Layers");
+    addValue(
+        verb, "--shade-per", "NAME", options.shade_per,
+        [](const std::string& text) { return choose<ShadePer>("shading", kShadePer, text); },
+        "how often an opaque triangle is shaded in a pixel with 4 samples (default: auto in .png, "
+        ".jpg and .tif, else sample):")
+        .oneOf(describeChoices(kShadePer))
+        .group("Layers");
     verb.option("--samples")
         .description(
             "antialiasing samples per pixel; a layer's coverage goes into its alpha (default: " +

@@ -31,6 +31,7 @@ struct RenderOptions : CaptureJobOptions {
     ChannelOptions channels;
     ClipOptions clip;
     std::optional<int> shadow_size;
+    std::optional<ShadePer> shade_per;            ///< none: as the output needs it
     std::optional<SplatBlending> splat_blending;  ///< none: as the output and the scene need it
     bool fxaa = false;
     bool samples_given = false;  ///< whether --samples is on the command line

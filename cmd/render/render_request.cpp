@@ -121,6 +121,8 @@ void RenderRequest::chooseForSplats() {
     const OutputRequest& output = options_.output;
     const bool for_eyes =
         capture_.composite && findOutputFormat(output.path.string(), output.options.as).for_display;
+    capture_.shade_per =
+        options_.shade_per.value_or(for_eyes ? ShadePer::kAuto : ShadePer::kSample);
     shows_splats_ = for_eyes && hasOnlySplats(posed);
     if (shows_splats_ && !options_.samples_given) capture_.samples = 1;
     if (shows_splats_ && !hasLinearSplats(posed)) capture_.splat_blending = SplatBlending::kDisplay;

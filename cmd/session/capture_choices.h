@@ -32,6 +32,12 @@ inline constexpr Choice<Shading> kShading[] = {
     {"pbr", Shading::kPbr, "metallic-roughness under the scene's lights, or the built-in one"},
     {"unlit", Shading::kUnlit, "base colour only"},
 };
+inline constexpr Choice<ShadePer> kShadePer[] = {
+    {"sample", ShadePer::kSample, "once for every sample"},
+    {"pixel", ShadePer::kPixel,
+     "once in a pixel, at the centroid of the samples that show the triangle; faster"},
+    {"auto", ShadePer::kAuto, "pixel where that is possible, else sample"},
+};
 inline constexpr Choice<SplatOrder> kSplatOrders[] = {
     {"center", SplatOrder::kCenter,
      "by camera Z of the splat's centre, in glTF by distance, as other viewers do"},

@@ -41,6 +41,8 @@ std::string settingsText(const ShownScene& shown, const CaptureSettings& capture
     for (const Channel channel : capture.channels)
         settings["channels"].push_back(infoOf(channel).name);
     if (capture.samples > 1) settings["samples"] = capture.samples;
+    if (capture.samples > 1 && capture.shade_per != ShadePer::kSample)
+        settings["shadePer"] = nameOf<ShadePer>(kShadePer, capture.shade_per);
     if (capture.occlusion_ratio > 0) {
         const Window& crop = shown.crop;
         settings["occlusionRatio"] = {capture.occlusion_ratio, crop.x0, crop.y0, crop.x1, crop.y1};

@@ -58,6 +58,7 @@ constexpr auto kParameterNames = std::to_array<std::string_view>({
     "Renderer",
     "require_gpu",
     "resolution",
+    "shade_per",
     "shadow_size",
     "shadows",
     "size",

@@ -38,7 +38,13 @@ BandBudget::BandBudget(const GlPlan& plan, const PlanMethods& methods, const Ban
     costs_.use.fixed = capture.tileBytes();
     if (plan.view.rays) costs_.use.fixed += TracedLayers::bufferBytes();
     if (capture.showsSplats()) costs_.use.fixed += capture.splatBytes();
-    if (plan.opaque_first) costs_.use.fixed += capture.opaqueBytes();
+    if (plan.opaque_first) {
+        // Only counts, list heads and list starts, and the mean of the samples, have the size of a
+        // band. The rest is made for some rows at a time.
+        const std::uint64_t lists = plan.shades_pixels ? plan.positions.size() : 1;
+        costs_.use.pixel = 3 * lists * sizeof(std::uint32_t) + 5 * sizeof(float) + opacity;
+        costs_.use.fixed += plan.shades_pixels ? capture.sampleBytes() : capture.opaqueBytes();
+    }
     if (methods.composite) {
         // A composite method's costs per pixel go into use.fragment, because rowFragments() counts
         // one fragment per pixel for composite methods.
@@ -70,7 +76,7 @@ BandBudget::BandBudget(const GlPlan& plan, const PlanMethods& methods, const Ban
             costs_.use.pixel += (plan.positions.size() + 1) * sizeof(std::uint32_t);
         }
         // The composite of one sample, and the composite for the sink.
-        if (settings.composite)
+        if (settings.composite && !plan.opaque_first)
             costs_.use.pixel += 2 * (sizeof(std::uint32_t) + 5 * sizeof(float) + opacity);
     }
     costs_.storage_block_bytes = capture.mostBufferBytes();

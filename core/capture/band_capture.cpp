@@ -46,6 +46,7 @@ void BandCapture::setPose(const PosedScene& posed) {
     if (splats_) splats_.emplace(posed);
     if (!gl_) return;
     gl_->traced.reset();
+    gl_->samples.reset();
     gl_->scene.setPose(posed);
 }
 
@@ -61,6 +62,7 @@ void BandCapture::free() {
     gl_->buffers.free();
     gl_->list_head_target.free();
     gl_->opaque.free();
+    if (gl_->samples) gl_->samples->free();
     gl_->rasterizer.freeBound();
 }
 

@@ -22,6 +22,7 @@
 #include "core/capture/gpu_scene.h"
 #include "core/capture/method.h"
 #include "core/capture/pass_context.h"
+#include "core/capture/sample_composite.h"
 #include "core/capture/scene_rasterizer.h"
 #include "core/capture/shown_fragments.h"
 #include "core/capture/traced_layers.h"
@@ -61,10 +62,6 @@ struct BandLists {
     gl::ReadBack copied_heads, copied_fragments, copied_channels;
     gl::Fence copied;
 };
-
-/// A callback that receives part of a band's composite, and each pixel's number of visible
-/// fragments.
-using TakeVisible = std::function<void(const CompositeImage&, std::span<const std::uint32_t>)>;
 
 /// The capture of bands. Owns the uploaded scene and the buffers. Adds to the times of the stages
 /// "count", "capture", "sort" and others.
@@ -127,6 +124,13 @@ class BandCapture {
     int compositeVisible(LayerMethod& method, const Window& band, const BandLimits& limits,
                          const TakeVisible& take);
 
+    /// Whether compositeSamples() shows the scene as compositeVisible() does: all surfaces are
+    /// triangles, and the driver rasterises samples at these positions.
+    bool takesSamples(std::span<const glm::dvec2> positions) const;
+    /// Composites the mean of all samples by SampleComposite. Returns and throws like
+    /// compositeVisible().
+    int compositeSamples(const Window& band, const BandLimits& limits, const TakeVisible& take);
+
     // Defined in band_capture.cpp.
 
     /// Composites a band on the fly. Returns and throws like layers().
@@ -172,9 +176,9 @@ class BandCapture {
     }
     /// Returns the bytes of textures that compositeVisible() needs for the largest tile, in
     /// addition to tileBytes().
-    std::uint64_t opaqueBytes() const {
-        return OpaqueTarget::bytes(tilePixels(), pass_context_.settings.color_type);
-    }
+    std::uint64_t opaqueBytes() const;
+    /// Returns the bytes that compositeSamples() needs likewise.
+    std::uint64_t sampleBytes() const { return SampleComposite::bytes(tilePixels()); }
     std::uint64_t tileBytes() const {
         if (!gl_) return 0;
         const std::uint64_t list_heads =
@@ -292,7 +296,8 @@ class BandCapture {
         BandBuffers buffers;
         ListHeadTarget list_head_target{};
         OpaqueTarget opaque{};
-        std::optional<TracedLayers> traced{};  ///< made when a view first needs it
+        std::optional<TracedLayers> traced{};      ///< made when a view first needs it
+        std::optional<SampleComposite> samples{};  ///< made when a picture first needs it
     };
 
     const PassContext& pass_context_;

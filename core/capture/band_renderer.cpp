@@ -55,7 +55,7 @@ void BandRenderer::begin(const GlPlan& plan) {
 
 void BandRenderer::showSample(std::size_t i) {
     pass_context_.view = plan_->view;
-    pass_context_.view.sample = plan_->positions[i];
+    if (!plan_->shades_pixels) pass_context_.view.sample = plan_->positions[i];
     capture_.begin();
 }
 
@@ -190,9 +190,19 @@ void BandRenderer::renderVisible(const Window& band, const BandLimits& limits, c
     // With several samples or several raster tiles side by side, rows are complete only at the end
     // of the band. Otherwise, rows can be passed on earlier.
     const std::size_t samples = plan_->positions.size();
-    const bool whole = samples > 1 || capture_.tilesAcross(seen) > 1;
+    const bool whole = (samples > 1 && !plan_->shades_pixels) || capture_.tilesAcross(seen) > 1;
     if (whole) beginMean(seen, composite_, tinted);
-    for (std::size_t i = 0; i < samples; ++i) {
+    if (plan_->shades_pixels) {
+        passes_ += capture_.compositeSamples(
+            seen, limits, [&](const CompositeImage& rows, std::span<const std::uint32_t> counts) {
+                for (; !counts.empty(); counts = counts.subspan(rows.window.pixels()))
+                    visible(rows.window, counts.first(rows.window.pixels()));
+                if (!whole) return handOver(rows);
+                const StageTimer timer(times_, "composite");
+                addToMean(rows, 1, composite_);
+            });
+    }
+    for (std::size_t i = 0; i < samples && !plan_->shades_pixels; ++i) {
         if (samples > 1) showSample(i);
         passes_ += capture_.compositeVisible(
             *methods_.layers, seen, limits,

@@ -31,8 +31,9 @@ struct GlPlan final : CapturePlan::Details {
     /// Whether the CPU finds fragments: of views with View::rays, and of splats. Methods then
     /// capture none, or only the surfaces.
     bool on_cpu = false;
-    bool opaque_first = false;  ///< whether to use compositeVisible()
-    Window drawn{};             ///< if opaque_first, the window that can contain fragments
+    bool opaque_first = false;   ///< whether to use compositeVisible()
+    bool shades_pixels = false;  ///< whether to use compositeSamples()
+    Window drawn{};              ///< if opaque_first, the window that can contain fragments
 
     /// By row: the number of clip-mesh surfaces, maximum over the views.
     std::vector<std::uint64_t> clip_rows{};

@@ -135,6 +135,7 @@ GlPlanner::GlPlanner(BandRenderer& renderer, const DrawList& draws, StageTimes& 
 void GlPlanner::count() {
     renderer_.begin(plan_);
     chooseSurfaces();
+    checkShadePer();
     if (progress_) plan_.share = plan_.mergesLayers() ? kMergeShare : kCountShare;
     if (!compositeSamples()) {
         countSamples();
@@ -160,10 +161,25 @@ void GlPlanner::chooseSurfaces() {
     if (methods.composite || !methods.layers->takesOpaqueFirst() || !settings.clip.nodes.empty() ||
         settings.depth_clamp || plan_.on_cpu)
         return;
-    plan_.opaque_first = true;  // costs() below depends on opaque_first
-    plan_.opaque_first =
-        hasRoom(settings.memory, usedBytes(settings.memory), renderer_.budget().costs());
+    const auto fits = [&] {
+        return hasRoom(settings.memory, usedBytes(settings.memory), renderer_.budget().costs());
+    };
+    plan_.opaque_first = true;  // costs() depends on opaque_first and shades_pixels
+    plan_.shades_pixels = settings.shade_per != ShadePer::kSample &&
+                          renderer_.capture().takesSamples(samplePositions(settings.samples));
+    if (plan_.shades_pixels && settings.shade_per == ShadePer::kAuto) plan_.shades_pixels = fits();
+    plan_.opaque_first = plan_.shades_pixels || fits();
     if (plan_.opaque_first) plan_.drawn = renderer_.capture().drawnWindow();
+    if (plan_.shades_pixels) renderer_.showSample(0);
+}
+
+/// Throws Error (kUsage) if each pixel is to be shaded once, but that is not possible.
+void GlPlanner::checkShadePer() const {
+    if (plan_.settings.shade_per != ShadePer::kPixel || plan_.shades_pixels) return;
+    throw Error(ErrorKind::kUsage,
+                "only composites of triangles with 4 samples per pixel, made by the A-buffer from "
+                "all layers, without clip meshes, lenses or splats, are shaded once per pixel",
+                Parameter::kShadePer + " pixel", "leave it out");
 }
 
 /// Composites all samples and returns true if there is room to keep the composites. Counting the

@@ -48,6 +48,7 @@ class GlPlanner {
 
   private:
     void chooseSurfaces();
+    void checkShadePer() const;
     bool compositeSamples();
     void countClip();
     void countSamples();

@@ -50,6 +50,10 @@ struct GeometryPass {
     /// Whether to skip the fragments that an OpaqueTarget hides. The target must be bound for
     /// reading, and its depths must be attached to the framebuffer.
     bool in_front = false;
+    /// Whether the framebuffer is multisampled. With in_front, a SampleTarget then takes the place
+    /// of the OpaqueTarget. The shader runs once per pixel, or for every sample if it lists, clips
+    /// or tests the alpha.
+    bool multisampled = false;
     GLuint framebuffer = 0;
     gl::DepthTest depth_test = gl::DepthTest::kOff;
     std::array<gl::Blend, gl::kMaxAttachments> blend{};

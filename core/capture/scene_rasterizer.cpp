@@ -296,6 +296,10 @@ void SceneRasterizer::draw(const GeometryPass& pass, const Window& area) {
     gl::PassState state = passState(pass.framebuffer, area);
     state.depth_test = pass.depth_test;
     state.depth_clamp = pass.draws == Draws::kClipMeshes || pass_context_.settings.depth_clamp;
+    state.multisampled = pass.multisampled;
+    // Lists, clipping and alpha tests have the accuracy of samples.
+    const bool lists_or_clips = pass.in_front || pass_context_.settings.clip.active();
+    state.per_sample = pass.multisampled && lists_or_clips;
     state.blend = pass.blend;
     gl::apply(gl, state);
     gl.PointSize(static_cast<GLfloat>(pass_context_.settings.point_size));
@@ -331,6 +335,8 @@ void SceneRasterizer::draw(const GeometryPass& pass, const Window& area) {
             gl.Disable(GL_CULL_FACE);
         }
         gl.FrontFace(draw.mirrored ? GL_CW : GL_CCW);
+        if (pass.multisampled)
+            gl::setEnabled(gl, GL_SAMPLE_SHADING, lists_or_clips || draw.alpha_tested);
         draw_records_.bindUniform(PEELER_DRAW_BLOCK, i * kDrawStride, sizeof(shader::DrawRecord));
         submit(draw);
     }

@@ -27,7 +27,8 @@ enum ShaderBit : unsigned {
     kEnvironment = 512,
     kOrthographic = 1024,
     kInFront = 2048,
-    kFirstFeature = 4096,  // first of materialFeatures()
+    kMultisampled = 4096,
+    kFirstFeature = 8192,  // first of materialFeatures()
 };
 constexpr std::pair<unsigned, const char*> kDefinitions[] = {
     {kVaryings, "VARYINGS"},         {kTextured, "TEXTURED"},
@@ -36,6 +37,7 @@ constexpr std::pair<unsigned, const char*> kDefinitions[] = {
     {kShadowed, "SHADOWED"},         {kClipped, "CLIPPED"},
     {kInstanced, "INSTANCED"},       {kEnvironment, "ENVIRONMENT"},
     {kOrthographic, "ORTHOGRAPHIC"}, {kInFront, "IN_FRONT"},
+    {kMultisampled, "MULTISAMPLED"},
 };
 
 /// Returns the bits of the features that affect unlit surfaces, too.
@@ -129,6 +131,7 @@ ShaderVariants::Variant ShaderVariants::variantOf(const GeometryPass& pass,
 
     if (pass.bounded && settings.surfaces != Surfaces::kAll) v.bits |= kBounded;
     if (pass.in_front) v.bits |= kInFront;
+    if (pass.multisampled) v.bits |= kMultisampled;
     if (settings.clip.active() && pass.draws != Draws::kClipMeshes) v.bits |= kClipped;
     if (draw.instances > 1) v.bits |= kInstanced;
     return v;

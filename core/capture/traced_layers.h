@@ -7,14 +7,13 @@
 
 #include <peeler/layered_image.h>
 #include <peeler/stage_times.h>
+#include "core/capture/hit_shader.h"
 #include "core/capture/pass_context.h"
 #include "core/capture/scene_rasterizer.h"
 #include "core/capture/shown_fragments.h"
 #include "core/fragments/surface_channels.h"
 #include "core/gl/context.h"
-#include "core/gl/objects.h"
 #include "core/raster/texture_levels.h"
-#include "core/scene/draw_list.h"
 #include "core/scene/posed_scene.h"
 #include "core/trace/traced_hits.h"
 
@@ -30,7 +29,7 @@ class TracedLayers {
                  const PassContext& pass_context);
 
     /// Returns the bytes of buffers that do not depend on the size of a band.
-    static std::uint64_t bufferBytes();
+    static std::uint64_t bufferBytes() { return HitShader::bytes(); }
 
     /// Counts the layers of every pixel of a band, which must be as wide as the crop. Overwrites
     /// `counts`. Throws like TracedHits::plan().
@@ -58,19 +57,15 @@ class TracedLayers {
     const CapturePlan& planOf(const View& view);
     void findHits(const Window& band, LayeredImage& out);
     void shade(LayeredImage& image);
-    void shadePixels(LayeredImage& image, std::size_t first, std::size_t end);
 
-    const gl::Context& context_;
     PosedScene posed_;
-    SceneRasterizer& rasterizer_;
     const PassContext& pass_context_;
     TracedHits hits_;
     TextureLevels levels_;
     ShownFragments shown_;
-    KeyIndex draw_of_;            ///< by key
+    HitShader shader_;
     std::vector<Traced> traced_;  ///< the samples of one picture
     CaptureSettings traced_settings_;
-    gl::Buffer records_, colors_;
 };
 
 }  // namespace peeler

@@ -6,6 +6,7 @@
 
 #include "core/base/stage_times.h"
 #include "core/capture/band_capture.h"
+#include "shaders/interface.glsl"
 
 namespace peeler {
 namespace {
@@ -15,6 +16,16 @@ namespace {
 constexpr std::uint64_t kPixelsAtOnce = 1 << 18;
 
 }  // namespace
+
+std::uint64_t BandCapture::opaqueBytes() const {
+    const CaptureSettings& settings = pass_context_.settings;
+    // The opaque fragments and the composite of some rows, in the capture and as they are passed
+    // on.
+    const std::uint64_t row_pixel =
+        OpaqueTarget::words(settings.color_type) * sizeof(std::uint32_t) +
+        2 * (sizeof(std::uint32_t) + (settings.tinted ? 8 : 5) * sizeof(float));
+    return OpaqueTarget::bytes(tilePixels(), settings.color_type) + kPixelsAtOnce * row_pixel;
+}
 
 gl::Framebuffer BandCapture::framebufferInFront() const {
     std::vector<GLuint> list_heads;
@@ -157,6 +168,25 @@ int BandCapture::compositeVisible(LayerMethod& method, const Window& band, const
             }
         }
         passes += most;
+    });
+    return passes;
+}
+
+bool BandCapture::takesSamples(std::span<const glm::dvec2> positions) const {
+    const auto triangles = [](const Draw& draw) { return (draw.flags & PEELER_IS_TRIANGLES) != 0; };
+    return std::ranges::all_of(posed_->drawList().draws(), triangles) &&
+           SampleTarget::supported(gl(), positions);
+}
+
+int BandCapture::compositeSamples(const Window& band, const BandLimits& limits,
+                                  const TakeVisible& take) {
+    if (!gl_->samples)
+        gl_->samples.emplace(gl_->context, *posed_, gl_->rasterizer, gl_->buffers, pass_context_,
+                             times_);
+    const auto gpu = gl_->timer.span("gpuCapture");
+    int passes = 0;
+    forEachTile(band, [&](const Window& tile, const Window& area) {
+        passes += gl_->samples->composite(tile, area, limits, take);
     });
     return passes;
 }

@@ -175,6 +175,12 @@ std::vector<glm::dvec2> samplePositions(int samples) {
     for (int i = 0; i < samples; ++i)
         positions.emplace_back((i + 0.5) * step,
                                radicalInverse(static_cast<unsigned>(i)) + 0.5 * step);
+    // Exchanging the rows in pairs gives the positions of multisampling (Direct3D 11.3
+    // specification, 19.2.4 "Standard Multisample Patterns"), upside down as in a GL picture.
+    if (samples == 4) {
+        std::swap(positions[0].y, positions[2].y);
+        std::swap(positions[1].y, positions[3].y);
+    }
     return positions;
 }
 

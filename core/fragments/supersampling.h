@@ -15,7 +15,7 @@ namespace peeler {
 
 /// Returns the sample positions in a pixel (0–1, y down). A single sample is at the centre. Several
 /// form a Hammersley set (van der Corput sequence against equal steps), which is evenly spread for
-/// any number of samples.
+/// any number of samples; four are the usual positions of multisampling.
 std::vector<glm::dvec2> samplePositions(int samples);
 
 /// Initialises an empty mean for these pixels. `with_opacity`: whether opacity is coloured.

@@ -344,6 +344,10 @@ void writeProvokingVertex(const Functions& gl, GLenum, const StateValues& values
     gl.ProvokingVertex(asEnum(values[0]));
 }
 
+void writeMinSampleShading(const Functions& gl, GLenum, const StateValues& values) {
+    gl.MinSampleShading(static_cast<GLfloat>(values[0]));
+}
+
 void writeLineWidth(const Functions& gl, GLenum, const StateValues& values) {
     gl.LineWidth(static_cast<GLfloat>(values[0]));
 }
@@ -434,6 +438,7 @@ const std::vector<StateRow>& rows() {
         capability("sample coverage", GL_SAMPLE_COVERAGE),
         capability("sample mask", GL_SAMPLE_MASK),
         capability("sample shading", GL_SAMPLE_SHADING),
+        {"minimum sample shading", GL_MIN_SAMPLE_SHADING_VALUE, readDouble, writeMinSampleShading, {}},
         // Fragments.
         {"derivative hint",
          GL_FRAGMENT_SHADER_DERIVATIVE_HINT,

@@ -86,6 +86,7 @@ namespace peeler::gl {
     X(GETINTEGER64V, GetInteger64v)                             \
     X(GETINTEGERI_V, GetIntegeri_v)                             \
     X(GETINTEGERV, GetIntegerv)                                 \
+    X(GETMULTISAMPLEFV, GetMultisamplefv)                       \
     X(GETOBJECTLABEL, GetObjectLabel)                           \
     X(GETPROGRAMINFOLOG, GetProgramInfoLog)                     \
     X(GETPROGRAMIV, GetProgramiv)                               \
@@ -104,6 +105,7 @@ namespace peeler::gl {
     X(LINKPROGRAM, LinkProgram)                                 \
     X(MAPNAMEDBUFFERRANGE, MapNamedBufferRange)                 \
     X(MEMORYBARRIER, MemoryBarrier)                             \
+    X(MINSAMPLESHADING, MinSampleShading)                       \
     X(NAMEDBUFFERSTORAGE, NamedBufferStorage)                   \
     X(NAMEDFRAMEBUFFERDRAWBUFFERS, NamedFramebufferDrawBuffers) \
     X(NAMEDFRAMEBUFFERPARAMETERI, NamedFramebufferParameteri)   \
@@ -118,7 +120,9 @@ namespace peeler::gl {
     X(SCISSOR, Scissor)                                         \
     X(SCISSORINDEXED, ScissorIndexed)                           \
     X(SHADERSOURCE, ShaderSource)                               \
+    X(TEXTUREBARRIER, TextureBarrier)                           \
     X(TEXTURESTORAGE2D, TextureStorage2D)                       \
+    X(TEXTURESTORAGE2DMULTISAMPLE, TextureStorage2DMultisample) \
     X(TEXTURESTORAGE3D, TextureStorage3D)                       \
     X(TEXTURESUBIMAGE2D, TextureSubImage2D)                     \
     X(TEXTURESUBIMAGE3D, TextureSubImage3D)                     \

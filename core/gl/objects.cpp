@@ -104,6 +104,17 @@ Texture makeTexture2D(const Functions& gl, GLenum format, int width, int height,
     return texture;
 }
 
+Texture makeTexture2DMultisample(const Functions& gl, GLenum format, int samples, int width,
+                                 int height) {
+    GLuint name = 0;
+    gl.CreateTextures(GL_TEXTURE_2D_MULTISAMPLE, 1, &name);
+    Texture texture(gl, name);
+    gl.TextureStorage2DMultisample(name, samples, format, width, height, GL_TRUE);
+    checkErrors(gl, "allocating a texture of " + std::to_string(width) + "x" +
+                        std::to_string(height) + " with " + std::to_string(samples) + " samples");
+    return texture;
+}
+
 Texture makeTexture2DArray(const Functions& gl, GLenum format, int width, int height, int layers) {
     GLuint name = 0;
     gl.CreateTextures(GL_TEXTURE_2D_ARRAY, 1, &name);
@@ -214,13 +225,12 @@ void apply(const Functions& gl, const PassState& state) {
     gl.ClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
     for (GLuint i = 0; i < kMaxAttachments; ++i)
         apply(gl, i, state.blend[i]);
-    if (state.depth_clamp)
-        gl.Enable(GL_DEPTH_CLAMP);
-    else
-        gl.Disable(GL_DEPTH_CLAMP);
+    setEnabled(gl, GL_DEPTH_CLAMP, state.depth_clamp);
     gl.Disable(GL_STENCIL_TEST);
     gl.Disable(GL_DITHER);
-    gl.Disable(GL_MULTISAMPLE);
+    setEnabled(gl, GL_MULTISAMPLE, state.multisampled);
+    setEnabled(gl, GL_SAMPLE_SHADING, state.per_sample);
+    gl.MinSampleShading(1);
     gl.ColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
     if (state.depth_test != DepthTest::kOff) {
         gl.Enable(GL_DEPTH_TEST);

@@ -134,6 +134,11 @@ class ReadBack : public Object<&Functions::DeleteBuffers> {
 /// Returns a texture with immutable 2D storage.
 Texture makeTexture2D(const Functions& gl, GLenum format, int width, int height, int levels = 1);
 
+/// Returns a texture with immutable 2D storage and several samples per texel, at the same positions
+/// in every texel.
+Texture makeTexture2DMultisample(const Functions& gl, GLenum format, int samples, int width,
+                                 int height);
+
 /// Returns a texture array with immutable storage, without mipmaps.
 Texture makeTexture2DArray(const Functions& gl, GLenum format, int width, int height, int layers);
 
@@ -189,8 +194,15 @@ struct PassState {
     DepthTest depth_test = DepthTest::kOff;
     /// Whether geometry in front of the near plane and behind the far plane is kept.
     bool depth_clamp = false;
+    bool multisampled = false;  ///< whether the framebuffer has several samples per pixel
+    bool per_sample = false;    ///< whether fragment shaders run for every sample
     std::array<Blend, kMaxAttachments> blend{};  ///< blending with each colour attachment
 };
 void apply(const Functions& gl, const PassState& state);
+
+/// Enables or disables a capability.
+inline void setEnabled(const Functions& gl, GLenum capability, bool on) {
+    on ? gl.Enable(capability) : gl.Disable(capability);
+}
 
 }  // namespace peeler::gl

@@ -62,6 +62,18 @@ enum class SplatBlending : std::uint8_t {
     kDisplay
 };
 
+/// How often an opaque triangle is shaded in a pixel of a composite with several samples.
+/// Visibility and transparent fragments always have every sample.
+enum class ShadePer : std::uint8_t {
+    kSample,  ///< once for every sample, exactly
+    /// Once, at the centroid of the samples that show the triangle, like multisampling. Needs a
+    /// composite of all layers by the A-buffer, 4 samples, triangles alone, no clip meshes and no
+    /// lens, and a driver with the usual sample positions. If something is missing, GlRenderer
+    /// throws Error (kUsage).
+    kPixel,
+    kAuto  ///< once per pixel if that is possible, else for every sample
+};
+
 /// Returns the number of colour components stored during a capture (shaders/packed_color.glsl).
 /// With coloured opacity, the eighth component is padding.
 inline constexpr std::size_t storedComponents(bool tinted) {
@@ -103,6 +115,7 @@ struct CaptureSettings {
     double occlusion_ratio = 0;
     Tail tail = Tail::kDrop;
     int samples = 1;  ///< sub-pixel samples, merged into one picture
+    ShadePer shade_per = ShadePer::kSample;
     /// Whether to composite each band before the sink gets it. The band then has at most one
     /// fragment per pixel, in 32-bit float.
     bool composite = false;

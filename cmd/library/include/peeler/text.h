@@ -66,6 +66,7 @@ enum class Parameter : std::uint8_t {
     kRenderer,
     kRequireGpu,
     kResolution,
+    kShadePer,
     kShadowSize,
     kShadows,
     kSize,
