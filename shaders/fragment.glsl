@@ -111,6 +111,8 @@ bool inRange(Key key) {
     // All primitives of a draw have the same material. So first keys of draws are enough to order
     // an opaque and a transparent fragment at the same depth.
 #ifdef MULTISAMPLED
+    // llvmpipe (Mesa 22.3) also rasterises samples beside the scissor rectangle.
+    if (any(greaterThanEqual(uvec2(placeInBand()), uvec2(frame.band.zw)))) return false;
     uvec2 opaque = uvec2(floatBitsToUint(texelFetch(opaque_depths, ivec2(gl_FragCoord.xy), gl_SampleID).r),
                          texelFetch(opaque_keys, ivec2(gl_FragCoord.xy), gl_SampleID).r);
 #else

@@ -438,7 +438,11 @@ const std::vector<StateRow>& rows() {
         capability("sample coverage", GL_SAMPLE_COVERAGE),
         capability("sample mask", GL_SAMPLE_MASK),
         capability("sample shading", GL_SAMPLE_SHADING),
-        {"minimum sample shading", GL_MIN_SAMPLE_SHADING_VALUE, readDouble, writeMinSampleShading, {}},
+        {"minimum sample shading",
+         GL_MIN_SAMPLE_SHADING_VALUE,
+         readDouble,
+         writeMinSampleShading,
+         {}},
         // Fragments.
         {"derivative hint",
          GL_FRAGMENT_SHADER_DERIVATIVE_HINT,

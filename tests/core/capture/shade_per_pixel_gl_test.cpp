@@ -95,7 +95,7 @@ TEST(ShadePerPixel, FindsTheFragmentsOfEverySample) {
                 capture(scene, testView(160, 120), fourSamples(shade_per)).plan.fragments_counted);
         };
         const double wanted = counted(ShadePer::kSample);
-        EXPECT_NEAR(counted(ShadePer::kAuto), wanted, 1e-4 * wanted) << name;
+        EXPECT_NEAR(counted(ShadePer::kAuto), wanted, 1e-3 * wanted) << name;
     }
 }
 
@@ -105,8 +105,7 @@ TEST(ShadePerPixel, ShadesAtTheCentroidOfTheVisibleSamples) {
     SceneBuilder builder;
     const int white = builder.material({1, 1, 1, 1}, AlphaMode::kOpaque);
     builder.triangles({{-1.13F, -0.9F, -3}, {1.31F, -0.41F, -3}, {0.2F, 0.95F, -3}}, white);
-    builder.scene().meshes[0].primitives[0].colors = {
-        {1, 0, 0, 1}, {0, 1, 0, 1}, {0, 0, 1, 1}};
+    builder.scene().meshes[0].primitives[0].colors = {{1, 0, 0, 1}, {0, 1, 0, 1}, {0, 0, 1, 1}};
     builder.rectangle(0.23F, 0.17F, -2, white);
     CaptureSettings settings = fourSamples(ShadePer::kSample);
     settings.color_type = PixelType::kFloat;
@@ -131,7 +130,7 @@ TEST(ShadePerPixel, IsTheSameInBandsAndCrops) {
     for (int y = view.crop.y0; y < view.crop.y1; ++y)
         for (int x = view.crop.x0; x < view.crop.x1; ++x)
             EXPECT_EQ(part.rgba[static_cast<std::size_t>((y - 7) * 58 + x - 13)],
-                      whole.rgba[static_cast<std::size_t>(y * 97 + x)]);
+                      whole.rgba[static_cast<std::size_t>(y * 97 + x)]) << x << ' ' << y;
 }
 
 TEST(ShadePerPixel, IsRefusedOrLeftOutWhereSamplesDiffer) {

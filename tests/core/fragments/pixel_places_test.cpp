@@ -15,9 +15,8 @@ using Places = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
 
 Places placesOf(const SampleKeys& keys) {
     Places places;
-    forEachPlace(keys, [&](std::uint32_t key, std::uint32_t samples) {
-        places.emplace_back(key, samples);
-    });
+    forEachPlace(
+        keys, [&](std::uint32_t key, std::uint32_t samples) { places.emplace_back(key, samples); });
     EXPECT_EQ(numberOfPlaces(keys), places.size());
     return places;
 }

@@ -372,6 +372,8 @@ std::vector<Hostile> hostileStates() {
          }},
         enabled("program point size", GL_PROGRAM_POINT_SIZE),
         number("point size", GL_POINT_SIZE, [](const Host& host) { host.gl.PointSize(7); }),
+        number("minimum sample shading", GL_MIN_SAMPLE_SHADING_VALUE,
+               [](const Host& host) { host.gl.MinSampleShading(0.25F); }),
         number("line width", GL_LINE_WIDTH, [](const Host& host) { host.gl.LineWidth(5); }),
         enabled("line smooth", GL_LINE_SMOOTH),
         enabled("polygon smooth", GL_POLYGON_SMOOTH),
