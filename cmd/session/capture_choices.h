@@ -36,7 +36,8 @@ inline constexpr Choice<ShadePer> kShadePer[] = {
     {"sample", ShadePer::kSample, "once for every sample"},
     {"pixel", ShadePer::kPixel,
      "once in a pixel, at the centroid of the samples that show the triangle; faster"},
-    {"auto", ShadePer::kAuto, "pixel where that is possible, else sample"},
+    {"auto", ShadePer::kAuto,
+     "pixel where that is possible and needs at most a quarter of --memory, else sample"},
 };
 inline constexpr Choice<SplatOrder> kSplatOrders[] = {
     {"center", SplatOrder::kCenter,

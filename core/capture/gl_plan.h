@@ -22,6 +22,10 @@ namespace peeler {
 inline constexpr std::uint64_t kKeptShare = 6;
 inline constexpr std::uint64_t kKeptBytes = 256ULL << 20;
 
+// The size limit of the buffers with which ShadePer::kAuto shades once per pixel: 1/kSampleShare of
+// a budget.
+inline constexpr std::uint64_t kSampleShare = 4;
+
 struct GlPlan final : CapturePlan::Details {
     View view;
     /// The requested settings, except that `surfaces` may exclude more surfaces.

@@ -161,16 +161,25 @@ void GlPlanner::chooseSurfaces() {
     if (methods.composite || !methods.layers->takesOpaqueFirst() || !settings.clip.nodes.empty() ||
         settings.depth_clamp || plan_.on_cpu)
         return;
-    const auto fits = [&] {
-        return hasRoom(settings.memory, usedBytes(settings.memory), renderer_.budget().costs());
-    };
-    plan_.opaque_first = true;  // costs() depends on opaque_first and shades_pixels
-    plan_.shades_pixels = settings.shade_per != ShadePer::kSample &&
-                          renderer_.capture().takesSamples(samplePositions(settings.samples));
-    if (plan_.shades_pixels && settings.shade_per == ShadePer::kAuto) plan_.shades_pixels = fits();
-    plan_.opaque_first = plan_.shades_pixels || fits();
+    plan_.shades_pixels = shadesPixels();
+    plan_.opaque_first = true;  // costs() below depends on opaque_first
+    if (!plan_.shades_pixels)
+        plan_.opaque_first =
+            hasRoom(settings.memory, usedBytes(settings.memory), renderer_.budget().costs());
     if (plan_.opaque_first) plan_.drawn = renderer_.capture().drawnWindow();
     if (plan_.shades_pixels) renderer_.showSample(0);
+}
+
+/// Whether a composite without hidden fragments can and shall shade an opaque triangle once per
+/// pixel. Depends on the budget, but not on the memory in use, so that repeated runs are alike.
+bool GlPlanner::shadesPixels() const {
+    const CaptureSettings& settings = plan_.settings;
+    const BandCapture& capture = renderer_.capture();
+    if (settings.shade_per == ShadePer::kSample ||
+        !capture.takesSamples(samplePositions(settings.samples)))
+        return false;
+    return settings.shade_per == ShadePer::kPixel || settings.memory == 0 ||
+           capture.sampleBytes() <= settings.memory / kSampleShare;
 }
 
 /// Throws Error (kUsage) if each pixel is to be shaded once, but that is not possible.

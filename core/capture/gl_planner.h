@@ -48,6 +48,7 @@ class GlPlanner {
 
   private:
     void chooseSurfaces();
+    bool shadesPixels() const;
     void checkShadePer() const;
     bool compositeSamples();
     void countClip();

@@ -71,7 +71,9 @@ enum class ShadePer : std::uint8_t {
     /// lens, and a driver with the usual sample positions. If something is missing, GlRenderer
     /// throws Error (kUsage).
     kPixel,
-    kAuto  ///< once per pixel if that is possible, else for every sample
+    /// Once per pixel if that is possible, and its buffers take at most a quarter of `memory`; else
+    /// for every sample.
+    kAuto
 };
 
 /// Returns the number of colour components stored during a capture (shaders/packed_color.glsl).
