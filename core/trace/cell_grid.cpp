@@ -8,16 +8,16 @@ namespace peeler {
 namespace {
 
 // Far from the largest and the smallest double, so that no step below overflows or underflows.
-constexpr int kLeastExponent = -800, kMostExponent = 900;
+constexpr int kLeastCellExponent = -800, kMostCellExponent = 900;
 
 }  // namespace
 
 CellGrid::CellGrid(const Bounds& scene) {
     const auto exponent_of = [](const glm::dvec3& extent) {
         const double most = std::max({std::abs(extent.x), std::abs(extent.y), std::abs(extent.z)});
-        int exponent = kLeastExponent;
+        int exponent = kLeastCellExponent;
         if (most > 0) std::frexp(most, &exponent);  // most <= 2^exponent
-        return std::clamp(exponent, kLeastExponent, kMostExponent);
+        return std::clamp(exponent, kLeastCellExponent, kMostCellExponent);
     };
     // Positions in coarse steps of half the extent: the centre is such a multiple, so that a
     // coordinate minus the centre is exact if the coordinate is a multiple of a cell.
