@@ -171,7 +171,7 @@ struct MaterialRecord {
 struct HitRecord {
     vec4 position;  // w: 1 on a front face, -1 on a back face
     vec4 toward;    // xyz: unit vector against the ray; w: length of a mesh unit
-    vec4 normal;    // interpolated, not normalised
+    vec4 normal;    // interpolated, not normalised; w: bits of the samples that show the surface
     vec4 tangent;   // w: handedness
     vec4 texcoords;
     vec4 color;

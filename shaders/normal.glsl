@@ -54,7 +54,7 @@ void tangentFrame(vec3 normal, int unit, Gradients g, out vec3 tangent, out vec3
 
 #ifdef TEXTURED
 vec3 mappedNormal(vec3 normal, sampler2D map, int unit, float scale, Gradients g) {
-    vec3 mapped = sampled(map, unit, g).xyz * 2.0 - 1.0;
+    vec3 mapped = sampledAt(map, unit, vec2(0.0), g).xyz * 2.0 - 1.0;
     mapped.xy *= scale;
     vec3 tangent, bitangent;
     tangentFrame(normal, unit, g, tangent, bitangent);

@@ -6,6 +6,9 @@
 layout(local_size_x = 64) in;
 
 layout(location = 0) uniform ivec4 hits_of_draw;  // x: first hit, y: number of hits
+#ifdef SEVERAL_SAMPLES
+layout(location = 1) uniform ivec4 sample_positions;  // of each sample: 16 x + 256 · 16 y in the pixel, y up
+#endif
 
 layout(std430, binding = PEELER_HITS) readonly buffer Hits { HitRecord hits[]; };
 layout(std430, binding = PEELER_HIT_COLORS) writeonly buffer HitColors { PACKED_COLOR hit_colors[]; };
@@ -17,6 +20,16 @@ void main() {
     surface = Surface(hit.position.xyz, hit.normal.xyz, hit.tangent, hit.texcoords, hit.color);
     on_front = hit.position.w > 0.0;
     toward_eye = hit.toward.xyz;
+#ifdef SEVERAL_SAMPLES
+    uint samples = uint(hit.normal.w);
+    vec2 center = vec2(0.0);
+    for (int i = 0; i < 4; ++i) {
+        sample_weight[i] = float(samples >> i & 1u) / float(bitCount(samples));
+        sample_offset[i] = vec2(sample_positions[i] & 255, sample_positions[i] >> 8) / 16.0;
+        center += sample_weight[i] * sample_offset[i];
+    }
+    for (int i = 0; i < 4; ++i) sample_offset[i] -= center;
+#endif
 #ifdef TRANSMISSION
     mesh_scale = hit.toward.w;
 #endif

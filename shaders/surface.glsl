@@ -27,6 +27,10 @@ layout(location = PEELER_SURFACE) in Surface
 } surface = Surface(vec3(0.0), vec3(0.0), vec4(0.0), vec4(0.0), vec4(0.0));  // set by shade_hits.comp
 bool on_front = true;
 vec3 toward_eye = vec3(0.0);
+#ifdef SEVERAL_SAMPLES  // textures are filtered at each sample that shows the surface
+vec2 sample_offset[4];   // from the hit, in pixels, y up
+float sample_weight[4];  // the sum is 1
+#endif
 #define world_from_view mat3(frame.world_from_view)
 #define material_color material.base_color
 #define material_emissive material.emissive
@@ -79,14 +83,28 @@ vec2 transformedSlope(int unit, vec2 slope) {
 }
 
 #ifdef TEXTURED
-vec4 sampled(sampler2D map, int unit, Gradients g) {
+/// Returns the texture at an offset from the fragment, in pixels, y up.
+vec4 sampledAt(sampler2D map, int unit, vec2 offset, Gradients g) {
     vec2 uv = hasSecondUv(unit) ? surface.texcoords.zw : surface.texcoords.xy;
     vec2 dx = hasSecondUv(unit) ? g.texcoords_dx.zw : g.texcoords_dx.xy;
     vec2 dy = hasSecondUv(unit) ? g.texcoords_dy.zw : g.texcoords_dy.xy;
+#ifdef SEVERAL_SAMPLES
+    uv += offset.x * dx + offset.y * dy;
+#endif
     if (!hasTransform(unit)) return textureGrad(map, uv, dx, dy);
     vec3 row0 = material.texture_transform[2 * unit].xyz, row1 = material.texture_transform[2 * unit + 1].xyz;
     precise vec2 at = vec2(dot(row0, vec3(uv, 1.0)), dot(row1, vec3(uv, 1.0)));
     return textureGrad(map, at, transformedSlope(unit, dx), transformedSlope(unit, dy));
+}
+
+vec4 sampled(sampler2D map, int unit, Gradients g) {
+#ifdef SEVERAL_SAMPLES
+    vec4 mean = vec4(0.0);
+    for (int i = 0; i < 4; ++i) mean += sample_weight[i] * sampledAt(map, unit, sample_offset[i], g);
+    return mean;
+#else
+    return sampledAt(map, unit, vec2(0.0), g);
+#endif
 }
 #endif
 

@@ -71,11 +71,12 @@ class HitRecorder {
         record.toward = {toward_, space_.scale};
         if (const auto& normals = posed_.normals(geometry); !normals.empty())
             record.normal = {glm::vec3(space_.normal * point.mean(normals)), 0};
+        const bool has_normal = glm::vec3(record.normal) != glm::vec3(0);
+        record.normal.w = static_cast<float>(hit.samples);
         const auto& colors = posed_.colors(geometry);
         record.color = colors.empty() ? glm::vec4(1) : glm::vec4(point.mean(colors));
         // The gradients are for textures, tangents, and the facet's normal.
-        if (textured_[static_cast<std::size_t>(element.primitive->material)] ||
-            record.normal == glm::vec4(0))
+        if (textured_[static_cast<std::size_t>(element.primitive->material)] || !has_normal)
             addGradients(surfacePoint(posed_, element, ray_, &change()), record);
         return record;
     }
@@ -147,7 +148,7 @@ std::uint64_t HitShader::bytes() {
 }
 
 void HitShader::shade(std::span<const ShadedHit> hits, std::span<std::byte> colors,
-                      std::size_t stride) {
+                      std::size_t stride, const std::array<glm::dvec2, kPixelSamples>* positions) {
     if (hits.empty()) return;
     // Groups the hits by draw.
     std::vector<std::uint32_t> next_of(posed_.drawList().draws().size()), place(hits.size());
@@ -184,7 +185,7 @@ void HitShader::shade(std::span<const ShadedHit> hits, std::span<std::byte> colo
     }
     records_.bindStorage(PEELER_HITS);
     colors_.bindStorage(PEELER_HIT_COLORS);
-    rasterizer_.shadeHits(groups);
+    rasterizer_.shadeHits(groups, positions);
     gl::waitForGpu(context_.functions());
     gl::checkErrors(context_.functions(), "shading hits");
     const auto mapping = colors_.read(hits.size() * color_bytes);

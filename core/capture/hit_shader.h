@@ -2,6 +2,7 @@
 // The hit shader: colours of surfaces at points of a picture, shaded on the GPU.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <glm/glm.hpp>
@@ -10,6 +11,7 @@
 
 #include "core/capture/pass_context.h"
 #include "core/capture/scene_rasterizer.h"
+#include "core/fragments/pixel_places.h"
 #include "core/gl/context.h"
 #include "core/gl/objects.h"
 #include "core/scene/draw_list.h"
@@ -19,8 +21,10 @@ namespace peeler {
 
 /// A point of a picture, and the triangle whose colour is wanted there.
 struct ShadedHit {
-    glm::ivec2 pixel;   ///< picture coordinates, y down
-    glm::dvec2 at;      ///< the point in the pixel (0 to 1, y down)
+    glm::ivec2 pixel;  ///< picture coordinates, y down
+    glm::dvec2 at;     ///< the point in the pixel (0 to 1, y down)
+    std::uint32_t
+        samples;        ///< the samples of the pixel that show it, a bit each (sample_positions)
     std::uint32_t key;  ///< draw-order key of the triangle
 };
 
@@ -41,7 +45,10 @@ class HitShader {
     /// Shades hits of the current view. Writes the first `stride` bytes of each stored colour
     /// (shaders/packed_color.glsl) to `colors`, in the order of the hits. Successive hits at one
     /// point share its ray.
-    void shade(std::span<const ShadedHit> hits, std::span<std::byte> colors, std::size_t stride);
+    /// `positions`: the positions of a pixel's samples, multiples of 1/16 (0 to 1, y down), at each
+    /// of which textures are filtered; null to filter them at the hit alone.
+    void shade(std::span<const ShadedHit> hits, std::span<std::byte> colors, std::size_t stride,
+               const std::array<glm::dvec2, kPixelSamples>* positions = nullptr);
 
   private:
     const gl::Context& context_;

@@ -273,12 +273,12 @@ void SampleComposite::shadePlaces(const Rows& rows) {
                                 rows.window.y0 + static_cast<int>(row));
             forEachPlace(rows.keys[pixel], [&](std::uint32_t key, std::uint32_t samples) {
                 places_[to] = {static_cast<std::uint32_t>(pixel), samples};
-                hits_[to++] = {at, centroids[samples], key};
+                hits_[to++] = {at, centroids[samples], samples, key};
             });
         }
     });
     resizeAnew(colors_, hits_.size() * colorBytes());
-    shader_.shade(hits_, colors_, colorBytes());
+    shader_.shade(hits_, colors_, colorBytes(), &target_.positions());
 }
 
 /// Returns the bytes of an opaque colour: RGBA.

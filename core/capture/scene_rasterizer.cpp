@@ -353,17 +353,28 @@ void SceneRasterizer::bindMaterial(std::size_t material) const {
     }
 }
 
-void SceneRasterizer::shadeHits(std::span<const HitGroup> groups) {
+void SceneRasterizer::shadeHits(std::span<const HitGroup> groups,
+                                const std::array<glm::dvec2, kPixelSamples>* positions) {
     constexpr std::uint32_t kGroup = 64;  // local_size_x of shade_hits.comp
-    constexpr GeometryPass kPass{
-        .fragment_shader = "shade_hits.comp", .shades = true, .bounded = false};
+    const GeometryPass pass{.fragment_shader = "shade_hits.comp",
+                            .definitions = positions ? "SEVERAL_SAMPLES" : "",
+                            .shades = true,
+                            .bounded = false};
+    ShaderArgument packed_positions;
+    if (positions) {
+        packed_positions.emplace();
+        for (std::size_t i = 0; i < kPixelSamples; ++i) {
+            const glm::ivec2 at = glm::round(16.0 * (*positions)[i]);
+            (*packed_positions)[i] = at.x + 256 * (16 - at.y);
+        }
+    }
     bindFrame();
     const auto& draws = scene_.posed().drawList().draws();
     std::uint32_t first = 0;
     for (const auto& [index, hits] : groups) {
         const Draw& draw = draws[index];
-        use(shaders_.variant(kPass, draw),
-            {{static_cast<int>(first), static_cast<int>(hits), 0, 0}});
+        use(shaders_.variant(pass, draw), {{static_cast<int>(first), static_cast<int>(hits), 0, 0}},
+            packed_positions);
         bindMaterial(draw.material);
         functions().DispatchCompute((hits + kGroup - 1) / kGroup, 1, 1);
         // Groups have no hits in common, but their shaders access the same buffer.

@@ -11,6 +11,7 @@
 #include "core/capture/gpu_scene.h"
 #include "core/capture/pass_context.h"
 #include "core/capture/passes.h"
+#include "core/fragments/pixel_places.h"
 #include "core/gl/context.h"
 #include "core/gl/objects.h"
 
@@ -58,8 +59,10 @@ class SceneRasterizer {
                  const ShaderArgument& second = {});
 
     /// Shades hits, which must be bound at PEELER_HITS in the order of `groups`, and writes their
-    /// colours to PEELER_HIT_COLORS. Needs no tile and no band.
-    void shadeHits(std::span<const HitGroup> groups);
+    /// colours to PEELER_HIT_COLORS. Needs no tile and no band. `positions`: as for
+    /// HitShader::shade().
+    void shadeHits(std::span<const HitGroup> groups,
+                   const std::array<glm::dvec2, kPixelSamples>* positions);
 
     /// Returns the window of the picture that can contain fragments, for any sample position. Takes
     /// about as long as setTile().

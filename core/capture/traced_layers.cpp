@@ -99,7 +99,7 @@ void TracedLayers::shade(LayeredImage& image) {
             const glm::ivec2 pixel(image.window.x0 + static_cast<int>(end % width),
                                    image.window.y0 + static_cast<int>(end / width));
             for (std::size_t i = image.offsets[end]; i < image.offsets[end + 1]; ++i)
-                hits.push_back({pixel, pass_context_.view.sample, keys[i]});
+                hits.push_back({pixel, pass_context_.view.sample, 1, keys[i]});
         }
         const std::size_t stride = image.color.stride();
         shader_.shade(

@@ -36,6 +36,12 @@ JOB_SCENES = tuple(f"{MODELS}{name}/glTF-Binary/{name}.glb" for name in (
     "SimpleInstancing", "RiggedSimple", "VertexColorTest", "InterpolationTest", "OrientationTest", "TextureSettingsTest",
     "MultiUVTest", "NegativeScaleTest", "Duck", "MetalRoughSpheresNoTextures", "CesiumMan", "TransmissionTest",
     "DamagedHelmet"))
+RATED = (
+    "GearboxAssy/glTF-Draco/GearboxAssy.gltf", "2CylinderEngine/glTF/2CylinderEngine.gltf",
+    "MetalRoughSpheresNoTextures/glTF-Binary/MetalRoughSpheresNoTextures.glb", "Duck/glTF-Binary/Duck.glb",
+    "StainedGlassLamp/glTF-JPG-PNG/StainedGlassLamp.gltf", "DamagedHelmet/glTF-Binary/DamagedHelmet.glb",
+    "CesiumMilkTruck/glTF/CesiumMilkTruck.gltf", "Fox/glTF/Fox.gltf",
+    "TransmissionTest/glTF-Binary/TransmissionTest.glb", "NormalTangentTest/glTF-Binary/NormalTangentTest.glb")
 ALL_METHODS = "a-buffer,front-to-back,two-pass,back-to-front,dual,dual-max,weighted-average,weighted-sum,weighted-blended,moment-based,unsorted"
 
 HEAD = """# Measurements
@@ -101,6 +107,11 @@ SECTIONS: Dict[str, Section] = {
         "`peeler convert --deep-error E`, of files with 4 samples a pixel, 1280x720, beside the plain file. Milliseconds are those of "
         "thinning, encoding and writing; the fastest run.",
         (("deep_thinning.py", "{build}/peeler", "spheres", "large-spheres", "forest", ENGINE, GLASSES),)),
+    "shading-rates": Section(
+        "Shading rates",
+        "Four samples shaded once per sample and once per pixel (`--shade-per`), 1920x1080: PSNR of PNGs, in encoded values, "
+        "against 64 samples, and processor time of the whole command, of medians.",
+        (("shading_rates.py", "{build}/peeler", *(f"{MODELS}{path}" for path in RATED)),)),
     "splats": Section(
         "Gaussian splats",
         "`peeler render` of clouds of splats, 1920x1080, beside f3d 3 of Debian 13, which draws round splats only; medians, the "

@@ -188,7 +188,8 @@ class Renderer:
         approximations ('weighted-average', 'weighted-sum', 'weighted-blended', 'moment-based', 'unsorted').
 
         {camera}
-        The other keywords are those of layers(), without channels, and tail ('drop', 'blend').
+        The other keywords are those of layers(), without channels, and tail ('drop', 'blend'), shade_per ('sample', 'pixel',
+        'auto').
         """
         return _images.composite(self._picture("composite", scene, "composite", keywords))
 
