@@ -115,6 +115,26 @@ TEST(ShadePerPixel, ShadesAtTheCentroidOfTheVisibleSamples) {
     EXPECT_LE(largestDifference(samples, pixels), 1e-4F);
 }
 
+TEST(ShadePerPixel, FiltersTexturesAtEverySample) {
+    if (!supported()) GTEST_SKIP() << "the driver has other sample positions";
+    SceneBuilder builder;
+    const int checkered = builder.material({1, 1, 1, 1}, AlphaMode::kOpaque);
+    builder.triangles({{-1.13F, -0.9F, -3}, {1.31F, -0.41F, -3}, {0.2F, 0.95F, -3}}, checkered);
+    builder.scene().meshes[0].primitives[0].texcoords[0] = {{0, 0}, {9, 1}, {3, 7}};
+    Image image{.width = 4, .height = 4};
+    for (int i = 0; i < 16; ++i)
+        image.rgba.insert(image.rgba.end(), 3, (i + i / 4) % 2 ? 255 : 0),
+            image.rgba.push_back(255);
+    builder.scene().images.push_back(image);
+    builder.scene().materials[static_cast<std::size_t>(checkered)].base_color_texture.image = 0;
+    CaptureSettings settings = fourSamples(ShadePer::kSample);
+    settings.color_type = PixelType::kFloat;
+    const CompositeImage samples = flat(capture(builder.scene(), testView(97, 61), settings).image);
+    settings.shade_per = ShadePer::kPixel;
+    const CompositeImage pixels = flat(capture(builder.scene(), testView(97, 61), settings).image);
+    EXPECT_LE(largestDifference(samples, pixels), 0.02F);
+}
+
 TEST(ShadePerPixel, IsTheSameInBandsAndCrops) {
     if (!supported()) GTEST_SKIP() << "the driver has other sample positions";
     const SceneBuilder builder = flatColors();
@@ -130,7 +150,8 @@ TEST(ShadePerPixel, IsTheSameInBandsAndCrops) {
     for (int y = view.crop.y0; y < view.crop.y1; ++y)
         for (int x = view.crop.x0; x < view.crop.x1; ++x)
             EXPECT_EQ(part.rgba[static_cast<std::size_t>((y - 7) * 58 + x - 13)],
-                      whole.rgba[static_cast<std::size_t>(y * 97 + x)]) << x << ' ' << y;
+                      whole.rgba[static_cast<std::size_t>(y * 97 + x)])
+                << x << ' ' << y;
 }
 
 TEST(ShadePerPixel, IsRefusedOrLeftOutWhereSamplesDiffer) {
