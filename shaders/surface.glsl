@@ -28,8 +28,8 @@ layout(location = PEELER_SURFACE) in Surface
 bool on_front = true;
 vec3 toward_eye = vec3(0.0);
 #ifdef SEVERAL_SAMPLES  // textures are filtered at each sample that shows the surface
-vec2 sample_offset[4];   // from the hit, in pixels, y up
-float sample_weight[4];  // the sum is 1
+vec2 sample_offset[4] = vec2[4](vec2(0.0), vec2(0.0), vec2(0.0), vec2(0.0));  // from the hit, in pixels, y up
+float sample_weight[4] = float[4](0.25, 0.25, 0.25, 0.25);
 #endif
 #define world_from_view mat3(frame.world_from_view)
 #define material_color material.base_color

@@ -121,7 +121,8 @@ TEST(ShadePerPixel, FiltersTexturesAtEverySample) {
     const int checkered = builder.material({1, 1, 1, 1}, AlphaMode::kOpaque);
     builder.triangles({{-1.13F, -0.9F, -3}, {1.31F, -0.41F, -3}, {0.2F, 0.95F, -3}}, checkered);
     builder.scene().meshes[0].primitives[0].texcoords[0] = {{0, 0}, {9, 1}, {3, 7}};
-    Image image{.width = 4, .height = 4};
+    Image image;
+    image.width = image.height = 4;
     for (int i = 0; i < 16; ++i)
         image.rgba.insert(image.rgba.end(), 3, (i + i / 4) % 2 ? 255 : 0),
             image.rgba.push_back(255);
