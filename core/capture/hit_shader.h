@@ -21,11 +21,10 @@ namespace peeler {
 
 /// A point of a picture, and the triangle whose colour is wanted there.
 struct ShadedHit {
-    glm::ivec2 pixel;  ///< picture coordinates, y down
-    glm::dvec2 at;     ///< the point in the pixel (0 to 1, y down)
-    std::uint32_t
-        samples;        ///< the samples of the pixel that show it, a bit each (sample_positions)
-    std::uint32_t key;  ///< draw-order key of the triangle
+    glm::ivec2 pixel;       ///< picture coordinates, y down
+    glm::dvec2 at;          ///< the point in the pixel (0 to 1, y down)
+    std::uint32_t samples;  ///< bit s: sample s of the pixel shows the triangle
+    std::uint32_t key;      ///< draw-order key of the triangle
 };
 
 /// A shader of hits. Colours are those of shaders/shade.glsl; textures are filtered over the
@@ -44,9 +43,9 @@ class HitShader {
 
     /// Shades hits of the current view. Writes the first `stride` bytes of each stored colour
     /// (shaders/packed_color.glsl) to `colors`, in the order of the hits. Successive hits at one
-    /// point share its ray.
-    /// `positions`: the positions of a pixel's samples, multiples of 1/16 (0 to 1, y down), at each
-    /// of which textures are filtered; null to filter them at the hit alone.
+    /// point share its ray. `positions`: the positions of a pixel's samples, multiples of 1/16
+    /// (0 to 1, y down), at which textures are filtered, except normal maps; null to filter
+    /// textures at the hit alone.
     void shade(std::span<const ShadedHit> hits, std::span<std::byte> colors, std::size_t stride,
                const std::array<glm::dvec2, kPixelSamples>* positions = nullptr);
 

@@ -30,8 +30,8 @@ namespace peeler {
 using TakeVisible = std::function<void(const CompositeImage&, std::span<const std::uint32_t>)>;
 
 /// The mean of kPixelSamples composites per pixel, without hidden fragments. Multisampling finds
-/// the nearest opaque triangle of every sample. The triangle is shaded at the centroid of the
-/// samples of a pixel that show it. Transparent fragments in front are shaded for every sample.
+/// the nearest opaque triangle of every sample. Each triangle of a pixel is shaded at the centroid
+/// of the samples that show it. Transparent fragments in front are shaded for every sample.
 class SampleComposite {
   public:
     /// All arguments must outlive this object, except the pose.

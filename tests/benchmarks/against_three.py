@@ -75,7 +75,8 @@ def sample_positions(count: int) -> List[Tuple[float, float]]:
         while n:
             value, n, digit = value + digit * (n & 1), n >> 1, digit / 2
         return value
-    return [((i + 0.5) / count, mirrored(i) + 0.5 / count) for i in range(count)]
+    # Four samples are at the positions of multisampling.
+    return [((i + 0.5) / count, mirrored(i ^ 2 if count == 4 else i) + 0.5 / count) for i in range(count)]
 
 
 def line(scene: str, measured: Measured) -> str:
