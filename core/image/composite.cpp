@@ -146,7 +146,7 @@ struct Pixels {
     const LayeredImage& image;
     std::size_t begin, end;
     CompositeImage& out;
-    std::size_t to = 0;  ///< index of the image's first pixel in `out`
+    std::size_t to = 0;  ///< index of the first of these pixels in `out`
 };
 
 /// Calls one(colors, count) for each of these pixels, and composites each result over the
@@ -155,16 +155,17 @@ template <class C, class T, class One>
 void compositePixels(const Pixels& pixels, const C& background, const One& one) {
     const LayeredImage& image = pixels.image;
     const T* colors = image.color.as<T>().data();
-    for (std::size_t p = pixels.begin; p < pixels.end; ++p) {
+    std::size_t to = pixels.to;
+    for (std::size_t p = pixels.begin; p < pixels.end; ++p, ++to) {
         const std::uint32_t first = image.offsets[p], count = image.count(p);
         if (count == 0) {
-            pixels.out.setColor(pixels.to + p, background);
-            pixels.out.z[pixels.to + p] = std::numeric_limits<float>::infinity();
+            pixels.out.setColor(to, background);
+            pixels.out.z[to] = std::numeric_limits<float>::infinity();
             continue;
         }
         const C color = one.template operator()<C>(colors + background.size() * first, count);
-        pixels.out.setColor(pixels.to + p, addBehind(color, background));
-        pixels.out.z[pixels.to + p] = image.z[first];
+        pixels.out.setColor(to, addBehind(color, background));
+        pixels.out.z[to] = image.z[first];
     }
 }
 
@@ -186,17 +187,30 @@ void compositePixels(const Pixels& pixels, const Color& background, const One& o
     }
 }
 
+/// Composites the rows [y0, y1).
+template <class One>
+void compositeWith(const LayeredImage& image, int y0, int y1, const Color& background,
+                   CompositeImage& out, const One& one) {
+    out.window = {image.window.x0, y0, image.window.x1, y1};
+    out.resizeColors(image.tinted());
+    out.z.resize(out.window.pixels());
+    const auto width = static_cast<std::size_t>(out.window.width());
+    const std::size_t first = image.pixelIndex(out.window.x0, y0);
+    parallelFor(static_cast<std::size_t>(out.window.height()), [&](std::size_t row) {
+        const std::size_t begin = row * width;
+        compositePixels({image, first + begin, first + begin + width, out, begin}, background, one);
+    });
+}
+
 template <class One>
 void compositeWith(const LayeredImage& image, const Color& background, CompositeImage& out,
                    const One& one) {
-    out.window = image.window;
-    out.resizeColors(image.tinted());
-    out.z.resize(image.window.pixels());
-    const auto width = static_cast<std::size_t>(image.window.width());
-    parallelFor(static_cast<std::size_t>(image.window.height()), [&](std::size_t row) {
-        compositePixels({image, row * width, (row + 1) * width, out}, background, one);
-    });
+    compositeWith(image, image.window.y0, image.window.y1, background, out, one);
 }
+
+constexpr auto kOver = []<class C>(const auto* colors, std::size_t count) {
+    return overInOrder<C>(colors, count);
+};
 
 /// Composites the nearest `layers` (0 = all) in order, and puts the tail behind them.
 struct NearestLayers {
@@ -218,9 +232,7 @@ struct NearestLayers {
 }  // namespace
 
 void compositeOver(const LayeredImage& image, const Color& background, CompositeImage& out) {
-    compositeWith(image, background, out, []<class C>(const auto* colors, std::size_t count) {
-        return overInOrder<C>(colors, count);
-    });
+    compositeWith(image, background, out, kOver);
 }
 
 Color colorOf(const LayeredImage& image, std::size_t fragment) {
@@ -265,6 +277,11 @@ void decodeColors(CompositeImage& picture) {
     });
 }
 
+void compositeRows(const LayeredImage& image, int y0, int y1, const Color& background,
+                   CompositeImage& out) {
+    compositeWith(image, y0, y1, background, out, kOver);
+}
+
 void compositeNearest(const LayeredImage& image, std::uint32_t layers, Tail tail,
                       CompositeImage& out) {
     compositeWith(image, {}, out, NearestLayers(layers, tail));
@@ -290,13 +307,15 @@ void compositeWeightedSum(const LayeredImage& image, const Color& background, Co
 }
 
 void appendNearestChannels(const LayeredImage& image, CompositeImage& out) {
+    const std::size_t first = image.pixelIndex(out.window.x0, out.window.y0);
+    const std::size_t pixels = out.window.pixels();
     for (const FragmentArray& array : image.extra) {
         const std::size_t stride = array.stride();
         FragmentArray nearest{array.channels, array.type, {}};
-        nearest.data.assign(image.window.pixels() * stride, std::byte{0});
-        for (std::size_t p = 0; p < image.window.pixels(); ++p) {
-            if (image.count(p) == 0) continue;
-            std::copy_n(array.data.data() + image.offsets[p] * stride, stride,
+        nearest.data.assign(pixels * stride, std::byte{0});
+        for (std::size_t p = 0; p < pixels; ++p) {
+            if (image.count(first + p) == 0) continue;
+            std::copy_n(array.data.data() + image.offsets[first + p] * stride, stride,
                         nearest.data.data() + p * stride);
         }
         out.extra.push_back(std::move(nearest));

@@ -21,6 +21,11 @@ T meanOpacity(T r, T g, T b) {
 /// type. Stores coloured opacity only if `colors` has channels for it.
 void storeColor(const TintedColor& color, FragmentArray& colors, std::size_t fragment);
 
+/// Composites the rows [y0, y1) of an image like compositeOver(). A few rows at a time stay in the
+/// caches; a whole picture is as large as its layers.
+void compositeRows(const LayeredImage& image, int y0, int y1,
+                   const std::array<float, 4>& background, CompositeImage& out);
+
 /// Composites the nearest `layers` fragments of every pixel (0 = all) with "over", without a
 /// background. If `tail` is kBlend, the weighted average of the remaining fragments goes behind
 /// them. Overwrites `out`.
@@ -47,7 +52,8 @@ void compositeWeightedSum(const LayeredImage& image, const std::array<float, 4>&
 /// straight colour is decoded, so that a picture over nothing looks the same.
 void decodeColors(CompositeImage& picture);
 
-/// Appends to `out` the extra channels of the first fragment of each pixel. Empty pixels get 0.
+/// Appends to `out`, which has all or some rows of the image, the extra channels of the first
+/// fragment of each pixel. Empty pixels get 0.
 void appendNearestChannels(const LayeredImage& image, CompositeImage& out);
 
 /// Converts a composite to a layered image of one layer, in 32-bit float: each pixel with finite Z

@@ -64,8 +64,11 @@ std::string cryptomatteHex(std::uint32_t hash) {
 }
 
 std::vector<CryptomatteLayer> cryptomatteLayers(const IdNames& names) {
-    return {{"CryptoObject", "id.object", names.objects},
-            {"CryptoMaterial", "id.material", names.materials}};
+    std::vector<CryptomatteLayer> layers = {{"CryptoObject", "id.object", names.objects},
+                                            {"CryptoMaterial", "id.material", names.materials}};
+    for (CryptomatteLayer& layer : layers)
+        std::ranges::transform(layer.names, std::back_inserter(layer.hashes), cryptomatteHash);
+    return layers;
 }
 
 std::vector<std::pair<std::string, std::string>> cryptomatteAttributes(
@@ -97,18 +100,17 @@ void appendCryptomatte(const LayeredImage& image, const CryptomatteLayer& layer,
                        CompositeImage& composite) {
     const FragmentChannel ids = findIds(image, layer.id_channel);
     if (!ids) throw Error(ErrorKind::kInternal, "Cryptomatte needs ids", layer.id_channel);
-    std::vector<std::uint32_t> hashes;
-    for (const std::string& name : layer.names)
-        hashes.push_back(cryptomatteHash(name));
-
     FragmentArray array = cryptomatteArray(layer);
-    const std::size_t pixels = image.window.pixels();
-    array.data.assign(pixels * array.stride(), std::byte{0});
+    array.data.assign(composite.window.pixels() * array.stride(), std::byte{0});
     const std::span<float> values = array.as<float>();
-    const auto width = static_cast<std::size_t>(image.window.width());
-    parallelFor(static_cast<std::size_t>(image.window.height()), [&](std::size_t row) {
+    const std::vector<std::uint32_t>& hashes = layer.hashes;
+    const auto width = static_cast<std::size_t>(composite.window.width());
+    const std::size_t first = image.pixelIndex(composite.window.x0, composite.window.y0);
+    parallelFor(static_cast<std::size_t>(composite.window.height()), [&](std::size_t row) {
         PixelCoverage coverage;
-        for (std::size_t pixel = row * width; pixel < (row + 1) * width; ++pixel) {
+        float* out = values.data() + row * width * array.components();
+        for (std::size_t x = 0; x < width; ++x, out += array.components()) {
+            const std::size_t pixel = first + row * width + x;
             coverage.clear();
             // Transmittance in front of the fragment, per channel.
             std::array<float, 3> through = {1, 1, 1};
@@ -122,7 +124,6 @@ void appendCryptomatte(const LayeredImage& image, const CryptomatteLayer& layer,
                     through[c] *= 1 - color[4 + c];
             }
             const std::vector<Cover>& ranked = coverage.ranked();
-            float* out = values.data() + pixel * array.components();
             for (std::size_t i = 0; i < std::min(ranked.size(), kCryptomatteRanks); ++i) {
                 std::memcpy(out + 2 * i, &ranked[i].hash, sizeof(float));
                 out[2 * i + 1] = ranked[i].coverage;

@@ -26,9 +26,10 @@ std::string cryptomatteHex(std::uint32_t hash);
 
 /// A Cryptomatte layer: the channel of its ids, and their names.
 struct CryptomatteLayer {
-    std::string name;                ///< such as "CryptoObject"
-    std::string id_channel;          ///< such as "id.object"
-    std::vector<std::string> names;  ///< name of each id, at index id − 1
+    std::string name;                     ///< such as "CryptoObject"
+    std::string id_channel;               ///< such as "id.object"
+    std::vector<std::string> names;       ///< name of each id, at index id − 1
+    std::vector<std::uint32_t> hashes{};  ///< cryptomatteHash() of each name
 };
 /// Returns the Cryptomatte layers of a file: objects and materials.
 std::vector<CryptomatteLayer> cryptomatteLayers(const IdNames& names);
@@ -44,10 +45,10 @@ inline constexpr std::size_t kCryptomatteRanks = 6;
 /// pixel, with channels "CryptoObject00.R" and so on.
 FragmentArray cryptomatteArray(const CryptomatteLayer& layer);
 
-/// Appends cryptomatteArray(), with its pixels, to the extra arrays of `composite`. The coverage of
-/// a name is the contribution of its fragments to the composite's alpha: Σ a·Π(1 − a of the
-/// fragments in front). Coverages of names with the same hash are added. Throws Error (kInternal)
-/// if the image lacks the layer's channel of ids.
+/// Appends cryptomatteArray(), with its pixels, to the extra arrays of `composite`, which has all
+/// or some rows of the image. The coverage of a name is the contribution of its fragments to the
+/// composite's alpha: Σ a·Π(1 − a of the fragments in front). Coverages of names with the same hash
+/// are added. Throws Error (kInternal) if the image lacks the layer's channel of ids.
 void appendCryptomatte(const LayeredImage& image, const CryptomatteLayer& layer,
                        CompositeImage& composite);
 

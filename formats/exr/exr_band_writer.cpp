@@ -77,11 +77,6 @@ ExrBandWriter::~ExrBandWriter() = default;
 void ExrBandWriter::write(const LayeredImage& band) {
     if (exr_.empty()) open(band);
     check(band);
-    if (composite_) {
-        const StageTimer timer(times_, "composite");
-        composite(band, band_composite_);
-        composite(carried_, carried_composite_);
-    }
     next_row_ = band.window.y1;
     fragments_seen_ += band.fragments();
     const std::vector<Job> jobs = finishedChunks(next_row_);
@@ -140,8 +135,9 @@ bool ExrBandWriter::nearestChannels() const {
     return std::ranges::any_of(parts_, &ExrPart::nearest_channels);
 }
 
-void ExrBandWriter::composite(const LayeredImage& image, CompositeImage& out) const {
-    compositeOver(image, options_.background, out);
+/// Composites a row.
+void ExrBandWriter::composite(const LayeredImage& image, int y, CompositeImage& out) const {
+    compositeRows(image, y, y + 1, options_.background, out);
     out.extra.clear();
     if (nearestChannels()) appendNearestChannels(image, out);
     if (options_.composited) return;
@@ -158,10 +154,8 @@ void ExrBandWriter::open(const LayeredImage& first_band) {
         auto& of_file = headers[parts_[part].file];
         place_.push_back(of_file.size());
         of_file.push_back(header(part));
-        for (const int layer : parts_[part].layers) {
-            composite_ = composite_ || layer == ExrPart::kComposite;
+        for (const int layer : parts_[part].layers)
             layered = layered || layer != ExrPart::kComposite;
-        }
     }
     for (std::size_t file = 0; file < files_.size(); ++file)
         exr_.push_back(std::make_unique<ExrOutput>(*files_[file], std::move(headers[file])));
@@ -318,6 +312,7 @@ std::uint64_t ExrBandWriter::gather(const Job& job, const LayeredImage& band,
     const std::span<const ExrChannel> all = channels_[job.part];
     std::byte* out = packer.raw(rawBytes(job)).data();
     std::vector<std::uint32_t> row(width);
+    CompositeImage flat;  // a row
     std::uint64_t found = 0;
     for (int y = job.y0; y < job.y1; ++y) {
         const bool is_carried = y < carried_.window.y1;
@@ -329,9 +324,9 @@ std::uint64_t ExrBandWriter::gather(const Job& job, const LayeredImage& band,
                 ++end;
             const auto channels = all.subspan(first, end - first);
             if (layer == ExrPart::kComposite) {
-                const CompositeImage& composite = is_carried ? carried_composite_ : band_composite_;
-                out = gatherExrComposite(composite, channels, image.pixelIndex(part.window.x0, y),
-                                         width, out);
+                composite(image, y, flat);
+                const auto left = static_cast<std::size_t>(part.window.x0 - image.window.x0);
+                out = gatherExrComposite(flat, channels, left, width, out);
             } else {
                 found += findExrFragments(image, static_cast<std::uint32_t>(layer), part.window.x0,
                                           y, row);

@@ -85,7 +85,7 @@ class ExrBandWriter {
     int rowsPerChunk() const { return exrRowsPerChunk(compression_); }
     bool nearestChannels() const;
     void check(const LayeredImage& band) const;
-    void composite(const LayeredImage& image, CompositeImage& out) const;
+    void composite(const LayeredImage& image, int y, CompositeImage& out) const;
     std::vector<Job> finishedChunks(int end_row);
     void run(std::span<const Job> jobs, const LayeredImage& band);
     void boundBuffers();
@@ -105,12 +105,10 @@ class ExrBandWriter {
     std::vector<std::unique_ptr<ExrOutput>> exr_;
     std::vector<std::size_t> place_;                 ///< index of each part within its file
     std::vector<std::vector<ExrChannel>> channels_;  ///< channels of each part
-    bool composite_ = false;                         ///< whether any part stores the composite
     /// For each part: the number of chunks, and the next chunk to write.
     std::vector<int> chunks_, next_chunk_;
     int next_row_ = 0;
     LayeredImage carried_;
-    CompositeImage carried_composite_, band_composite_;
     std::vector<ByteBuffer> packed_;  ///< packed chunks that are not yet written
     ExrPackerPool packers_{kDefaultZipLevel, compression_};
     std::uint64_t fragments_seen_ = 0, fragments_written_ = 0;

@@ -18,6 +18,7 @@
 #include "core/base/color.h"
 #include "core/base/parallel.h"
 #include "core/base/stage_times.h"
+#include "core/image/composite.h"
 #include "formats/file/atomic_file.h"
 #include "formats/file/content_hash.h"
 #include "formats/file/file_name.h"
@@ -314,18 +315,20 @@ void ImageWriter::begin(const Plan& plan) {
 }
 
 void ImageWriter::write(LayeredImage&& band) {
-    {
-        const StageTimer timer(times_, "composite");
-        compositeOver(band, {}, composite_);
+    for (int y = band.window.y0; y < band.window.y1; y += kEncodedRows) {
+        {
+            const StageTimer timer(times_, "composite");
+            compositeRows(band, y, std::min(y + kEncodedRows, band.window.y1), {}, composite_);
+        }
+        if (metered_) {
+            kept_.appendColors(composite_);
+            if (alpha_ == PictureAlpha::kAnyFragment)
+                kept_.z.insert(kept_.z.end(), composite_.z.begin(), composite_.z.end());
+            continue;
+        }
+        const StageTimer timer(times_, "encode");  // includes the time for writing
+        encode(composite_);
     }
-    if (metered_) {
-        kept_.appendColors(composite_);
-        if (alpha_ == PictureAlpha::kAnyFragment)
-            kept_.z.insert(kept_.z.end(), composite_.z.begin(), composite_.z.end());
-        return;
-    }
-    const StageTimer timer(times_, "encode");  // includes the time for writing
-    encode(composite_);
 }
 
 bool ImageWriter::metersOf(const Plan& plan) const {

@@ -69,7 +69,7 @@ std::vector<std::pair<std::string, float>> ranks(const LayeredImage& image,
                                                  const std::vector<std::string>& names) {
     CompositeImage composite;
     composite.window = image.window;
-    appendCryptomatte(image, {"CryptoObject", "id.object", names}, composite);
+    appendCryptomatte(image, cryptomatteLayers({names, {}}).front(), composite);
     const FragmentArray& array = composite.extra.at(0);
     EXPECT_EQ(array.channels.size(), 12U);
     EXPECT_EQ(array.channels.front(), "CryptoObject00.R");
