@@ -37,7 +37,8 @@ inline constexpr Choice<ShadePer> kShadePer[] = {
     {"pixel", ShadePer::kPixel,
      "once in a pixel, at the centroid of the samples that show the triangle; faster"},
     {"auto", ShadePer::kAuto,
-     "pixel where that is possible and needs at most a quarter of --memory, else sample"},
+     "pixel if all surfaces are opaque, and it is possible with a quarter of --memory, else "
+     "sample"},
 };
 inline constexpr Choice<SplatOrder> kSplatOrders[] = {
     {"center", SplatOrder::kCenter,

@@ -178,8 +178,12 @@ bool GlPlanner::shadesPixels() const {
     if (settings.shade_per == ShadePer::kSample ||
         !capture.takesSamples(samplePositions(settings.samples)))
         return false;
-    return settings.shade_per == ShadePer::kPixel || settings.memory == 0 ||
-           capture.sampleBytes() <= settings.memory / kSampleShare;
+    if (settings.shade_per == ShadePer::kPixel) return true;
+    // Transparent surfaces are shaded for every sample, which takes longer in multisampled passes
+    // of llvmpipe: it also shades the samples that a triangle does not cover.
+    const bool fits =
+        settings.memory == 0 || capture.sampleBytes() <= settings.memory / kSampleShare;
+    return fits && std::ranges::all_of(draws_.draws(), &Draw::opaque);
 }
 
 /// Throws Error (kUsage) if each pixel is to be shaded once, but that is not possible.

@@ -95,7 +95,7 @@ TEST(ShadePerPixel, FindsTheFragmentsOfEverySample) {
                 capture(scene, testView(160, 120), fourSamples(shade_per)).plan.fragments_counted);
         };
         const double wanted = counted(ShadePer::kSample);
-        EXPECT_NEAR(counted(ShadePer::kAuto), wanted, 1e-3 * wanted) << name;
+        EXPECT_NEAR(counted(ShadePer::kPixel), wanted, 1e-3 * wanted) << name;
     }
 }
 
@@ -155,14 +155,42 @@ TEST(ShadePerPixel, IsTheSameInBandsAndCrops) {
                 << x << ' ' << y;
 }
 
+/// Returns an opaque triangle whose colour changes along its edges.
+SceneBuilder rainbow() {
+    SceneBuilder builder;
+    const int white = builder.material({1, 1, 1, 1}, AlphaMode::kOpaque);
+    builder.triangles({{-1.13F, -0.9F, -3}, {1.31F, -0.41F, -2}, {0.2F, 0.95F, -4}}, white);
+    builder.scene().meshes[0].primitives[0].colors = {{1, 0, 0, 1}, {0, 1, 0, 1}, {0, 0, 1, 1}};
+    return builder;
+}
+
+TEST(ShadePerPixel, IsTheDefaultOfOpaqueScenesWithinTheBudget) {
+    if (!supported()) GTEST_SKIP() << "the driver has other sample positions";
+    const auto picture = [](const SceneBuilder& builder, ShadePer shade_per, MemoryBudget memory) {
+        CaptureSettings settings = fourSamples(shade_per);
+        settings.memory = memory;
+        return capture(builder.scene(), testView(97, 61), settings).image.color.data;
+    };
+    constexpr std::uint64_t kLarge = std::uint64_t{8} << 30;
+    const SceneBuilder opaque = rainbow();
+    SceneBuilder mixed = rainbow();
+    mixed.rectangle(0.1F, 0.1F, -1, mixed.material({0, 0, 1, 0.5F}));
+    const auto pixel = picture(opaque, ShadePer::kPixel, 0);
+    EXPECT_NE(pixel, picture(opaque, ShadePer::kSample, 0));
+    EXPECT_EQ(pixel, picture(opaque, ShadePer::kAuto, 0));
+    EXPECT_EQ(pixel, picture(opaque, ShadePer::kAuto, kLarge));
+    EXPECT_EQ(picture(mixed, ShadePer::kSample, 0), picture(mixed, ShadePer::kAuto, 0));
+    EXPECT_NE(picture(mixed, ShadePer::kSample, 0), picture(mixed, ShadePer::kPixel, 0));
+}
+
 TEST(ShadePerPixel, IsRefusedOrLeftOutWhereSamplesDiffer) {
-    SceneBuilder lines = flatColors();
+    SceneBuilder lines = rainbow();
     lines.scene().meshes.back().primitives[0].topology = Topology::kLineLoop;
     CaptureSettings layers = fourSamples(ShadePer::kSample), others = layers, eight = layers;
     layers.composite = false;
     others.method = "front-to-back";
     eight.samples = 8;
-    const SceneBuilder triangles = flatColors();
+    const SceneBuilder triangles = rainbow();
     const std::pair<const Scene*, CaptureSettings> cases[] = {
         {&lines.scene(), fourSamples(ShadePer::kSample)},
         {&triangles.scene(), layers},

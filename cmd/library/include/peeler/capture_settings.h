@@ -71,8 +71,8 @@ enum class ShadePer : std::uint8_t {
     /// lens, and a driver with the usual sample positions. If something is missing, GlRenderer
     /// throws Error (kUsage).
     kPixel,
-    /// Once per pixel if that is possible, and its buffers take at most a quarter of `memory`; else
-    /// for every sample.
+    /// Once per pixel if that is possible, all surfaces are opaque, and the buffers take at most a
+    /// quarter of `memory`; else for every sample.
     kAuto
 };
 
