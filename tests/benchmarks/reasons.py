@@ -8,7 +8,7 @@ REASONS: Dict[str, str] = {
     "capture": "llvmpipe shades every fragment; Embree shades none",
     "composite, exact": "mostly the capture",
     "whole command to PNG": "only peeler decodes Draco; tiny triangles are shaded 16 pixels at once",
-    "whole command to PNG, 4 samples": "peeler shades every sample",
+    "whole command to PNG, 4 samples": "of GearboxAssy, all four samples are rasterised; of the lamp, which has glass, also shaded",
     "whole command, layered file": "start, planning and freeing memory",
     "writing the layered file": "deflate; empty pixels compress quickly",
     "size of the file": "libdeflate's level 2 against zlib's level 4",

@@ -63,7 +63,11 @@ SECTIONS: Dict[str, Section] = {
         "Side by side",
         "peeler and other programs do [the same work](../README.md#measured-side-by-side) in turn. Ratios here and in the next two "
         "sections are ours to theirs, of medians; bold ones miss their target.",
-        (("table.py", "--build", "{build}", "--rows", "capture,composite,command,writers,flatten,stages,start,layers,memory"),)),
+        (("table.py", "--build", "{build}", "--rows", "capture,composite,writers,flatten,stages,start,layers,memory"),)),
+    "pictures": Section(
+        "Pictures",
+        "The whole command from a scene to a PNG, beside f3d, in turn.",
+        (("table.py", "--build", "{build}", "--rows", "command", "--runs", "5"),)),
     "hits": Section(
         "Hits",
         "peeler on the CPU, without GL, and Embree find [the same hits](../README.md#measured-side-by-side) in turn.",
@@ -179,7 +183,7 @@ NUMBERS = (
            {"what": "composite, exact", "scene": "spheres", "size": HD}, ""),
     Number("exact composite of 100 larger spheres", "side-by-side",
            {"what": "composite, exact", "scene": "large-spheres", "size": HD}, ""),
-    Number("GearboxAssy to a PNG, the whole command", "side-by-side",
+    Number("GearboxAssy to a PNG, the whole command", "pictures",
            {"what": "whole command to PNG", "scene": "gearbox", "size": HD}, ""),
     Number("writing the layers of 30 spheres", "side-by-side",
            {"what": "writing the layered file", "scene": "spheres", "size": HD, "theirs": "same windows"}, ""),
