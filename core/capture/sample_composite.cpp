@@ -76,7 +76,7 @@ std::uint64_t SampleComposite::bytes(std::uint64_t tile_pixels) {
     // The keys, depths and counts of samples; places; the mean and a sample with coloured opacity;
     // what is behind the lists.
     constexpr std::uint64_t kPixel = sizeof(SampleKeys) + sizeof(float) +
-                                     kPixelSamples * sizeof(std::uint32_t) + 2 * 8 * sizeof(float) +
+                                     kPixelSamples * sizeof(std::uint32_t) + 16 * sizeof(float) +
                                      8 * sizeof(std::uint32_t);
     return SampleTarget::bytes(tile_pixels) + HitShader::bytes() +
            HitShader::kAtOnce * sizeof(PixelPlace) + kPixelsRead * kPixel;

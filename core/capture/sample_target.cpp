@@ -8,8 +8,9 @@
 namespace peeler {
 
 bool SampleTarget::supported(const gl::Functions& gl, std::span<const glm::dvec2> positions) {
-    for (const GLenum limit :
-         {GL_MAX_INTEGER_SAMPLES, GL_MAX_COLOR_TEXTURE_SAMPLES, GL_MAX_DEPTH_TEXTURE_SAMPLES}) {
+    constexpr GLenum kLimits[] = {GL_MAX_INTEGER_SAMPLES, GL_MAX_COLOR_TEXTURE_SAMPLES,
+                                  GL_MAX_DEPTH_TEXTURE_SAMPLES};
+    for (const GLenum limit : kLimits) {
         GLint most = 0;
         gl.GetIntegerv(limit, &most);
         if (most < static_cast<GLint>(kPixelSamples)) return false;
