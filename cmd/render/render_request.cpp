@@ -108,15 +108,15 @@ void RenderRequest::openScene() {
     scene_ = &job_.openScene();
     job_.checkOutputs(outputs());
     views_.place(*scene_);
-    chooseForSplats();
+    chooseForScene();
     meters_exposure_ = options_.output.leavesExposureOpen() && !shows_splats_ &&
                        capture_.shading != Shading::kUnlit && !scene_->at(0).lights().empty();
 }
 
-/// Chooses how splats blend. Display pictures of splats alone look as in other viewers by default:
-/// one sample per pixel, blended as stored, without a tone map. Throws Error (kUsage) if the output
-/// blends its background otherwise.
-void RenderRequest::chooseForSplats() {
+/// Chooses the shading rate, and how splats blend. Display pictures of splats alone look as in
+/// other viewers by default: one sample per pixel, blended as stored, without a tone map. Throws
+/// Error (kUsage) if the output blends its background otherwise.
+void RenderRequest::chooseForScene() {
     const PosedScene posed = scene_->at(0);
     const OutputRequest& output = options_.output;
     const bool for_eyes =

@@ -95,7 +95,7 @@ class RenderRequest {
 
   private:
     void choosePictures();
-    void chooseForSplats();
+    void chooseForScene();
     void checkFiles() const;
     std::vector<std::filesystem::path> outputs() const;
     bool exists(const PictureRequest& picture) const;

@@ -147,17 +147,6 @@ void OpaqueTarget::reserve(const gl::Functions& gl, const Window& tile, PixelTyp
     framebuffer_ = gl::makeFramebuffer(gl, targets, depth_.name());
 }
 
-void OpaqueTarget::clear(const gl::Functions& gl, gl::PassState state) const {
-    state.depth_test = gl::DepthTest::kNearest;  // enables depth writes, which a clear needs
-    gl::apply(gl, state);
-    const float far = 0;
-    const GLuint none[4] = {};
-    gl.ClearNamedFramebufferfv(framebuffer(), GL_DEPTH, 0, &far);
-    // Attachment 1 (float colours) need not be cleared, because it is read only where the depth is
-    // not 0.
-    gl.ClearNamedFramebufferuiv(framebuffer(), GL_COLOR, 0, none);
-}
-
 void OpaqueTarget::read(const gl::Functions& gl, const Window& tile, const Window& area,
                         std::vector<std::uint32_t>& pixels) {
     constexpr std::size_t kWords = 4;

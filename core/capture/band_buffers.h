@@ -74,11 +74,7 @@ class BandBuffers {
     const gl::Buffer& layerColors() const { return layer_colors_; }
 
   private:
-    void reserve(gl::Buffer& buffer, std::size_t bytes) {
-        if (buffer && buffer.size() >= bytes) return;
-        buffer = {};  // free the old buffer first, so that two are never held
-        buffer = gl::Buffer(gl_, bytes);
-    }
+    void reserve(gl::Buffer& buffer, std::size_t bytes) { gl::reserve(gl_, buffer, bytes); }
 
     void bindClip();
 
@@ -127,7 +123,8 @@ class ListHeadTarget {
 };
 
 /// A render target that captures the nearest opaque fragment of every pixel of a raster tile. It
-/// has a depth buffer, so that hidden fragments are not shaded (shaders/opaque.frag).
+/// has a depth buffer, so that hidden fragments are not shaded (shaders/opaque.frag). gl::clear()
+/// leaves float colours, which are read only where the depth is not 0.
 class OpaqueTarget {
   public:
     /// Returns the number of 32-bit words per pixel in read(): depth (0 = no fragment), key,
@@ -142,8 +139,6 @@ class OpaqueTarget {
 
     /// Allocates the targets for a tile if its size or the colour type has changed.
     void reserve(const gl::Functions& gl, const Window& tile, PixelType color);
-    /// Clears the scissor rectangle of `state`, whose framebuffer must be framebuffer().
-    void clear(const gl::Functions& gl, gl::PassState state) const;
     /// Reads the pixels of `area`, row by row, y up. Waits for the GPU.
     void read(const gl::Functions& gl, const Window& tile, const Window& area,
               std::vector<std::uint32_t>& pixels);

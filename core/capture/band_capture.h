@@ -177,7 +177,7 @@ class BandCapture {
     /// Returns the bytes of textures that compositeVisible() needs for the largest tile, in
     /// addition to tileBytes().
     std::uint64_t opaqueBytes() const;
-    /// Returns the bytes that compositeSamples() needs likewise.
+    /// Returns the bytes of SampleComposite for the largest tile, in addition to tileBytes().
     std::uint64_t sampleBytes() const { return SampleComposite::bytes(tilePixels()); }
     std::uint64_t tileBytes() const {
         if (!gl_) return 0;

@@ -166,13 +166,8 @@ void HitShader::shade(std::span<const ShadedHit> hits, std::span<std::byte> colo
 
     const std::size_t room = std::max(hits.size(), kAtOnce);
     const std::size_t color_bytes = pass_context_.settings.storedColorBytes();
-    const auto reserve = [&](gl::Buffer& buffer, std::size_t bytes) {
-        if (buffer.size() >= bytes) return;
-        buffer = {};
-        buffer = gl::Buffer(context_.functions(), bytes);
-    };
-    reserve(records_, room * sizeof(shader::HitRecord));
-    reserve(colors_, room * color_bytes);
+    gl::reserve(context_.functions(), records_, room * sizeof(shader::HitRecord));
+    gl::reserve(context_.functions(), colors_, room * color_bytes);
     {
         const auto mapping = records_.overwrite(hits.size() * sizeof(shader::HitRecord));
         auto* const records = mapping.as<shader::HitRecord>();

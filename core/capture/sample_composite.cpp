@@ -96,7 +96,7 @@ void SampleComposite::free() {
 int SampleComposite::captureOpaque(const Window& tile, const Window& area) {
     const StageTimer timer(times_, "capture");
     target_.reserve(gl(), tile);
-    target_.clear(gl(), rasterizer_.passState(target_.framebuffer(), area));
+    gl::clear(gl(), rasterizer_.passState(target_.framebuffer(), area));
     if (std::ranges::none_of(posed_.drawList().draws(), &Draw::opaque)) return 0;
     rasterizer_.draw({.fragment_shader = "opaque_key.frag",
                       .draws = Draws::kOpaque,
@@ -134,7 +134,7 @@ void SampleComposite::countInFront(const Window& area) {
     std::copy_n(counts.as<const std::uint32_t>(), in_front_.size(), in_front_.begin());
 }
 
-/// Lists the transparent fragments of `part`. Leaves `first_` empty if there are none.
+/// Captures the transparent fragments of `part` into lists. If there are none, clears `first_`.
 void SampleComposite::listInFront(const Window& part, const Window& area) {
     const StageTimer timer(times_, "capture");
     const std::size_t above =
@@ -205,17 +205,12 @@ int SampleComposite::composite(const Window& tile, const Window& area, const Ban
 void SampleComposite::readRows(const Window& rows, const Window& part, const TakeVisible& take) {
     const auto width = static_cast<std::size_t>(rows.width());
     const auto height = static_cast<std::size_t>(rows.height());
-    const auto reserve = [&](gl::Buffer& buffer, std::size_t bytes) {
-        if (buffer.size() >= bytes) return;
-        buffer = {};
-        buffer = gl::Buffer(gl(), bytes);
-    };
     const std::size_t key_bytes = rows.pixels() * sizeof(SampleKeys);
     const std::size_t depth_bytes = rows.pixels() * sizeof(float);
     {
         const StageTimer timer(times_, "capture");
-        reserve(keys_, key_bytes);
-        reserve(depths_, depth_bytes);
+        gl::reserve(gl(), keys_, key_bytes);
+        gl::reserve(gl(), depths_, depth_bytes);
         keys_.bindStorage(PEELER_SAMPLE_KEYS);
         depths_.bindStorage(PEELER_SAMPLE_DEPTHS);
         target_.bindForReading(gl());

@@ -38,15 +38,6 @@ void SampleTarget::reserve(const gl::Functions& gl, const Window& tile) {
     }
 }
 
-void SampleTarget::clear(const gl::Functions& gl, gl::PassState state) const {
-    state.depth_test = gl::DepthTest::kNearest;  // enables depth writes, which a clear needs
-    gl::apply(gl, state);
-    const float far = 0;
-    const GLuint none[4] = {};
-    gl.ClearNamedFramebufferfv(framebuffer(), GL_DEPTH, 0, &far);
-    gl.ClearNamedFramebufferuiv(framebuffer(), GL_COLOR, 0, none);
-}
-
 void SampleTarget::bindForReading(const gl::Functions& gl) const {
     gl.TextureBarrier();  // the depths stay attached while passes read them
     gl.BindTextureUnit(PEELER_OPAQUE_DEPTH_UNIT, depths_.name());

@@ -28,8 +28,6 @@ class SampleTarget {
 
     /// Allocates the target for a tile if the tile's size has changed.
     void reserve(const gl::Functions& gl, const Window& tile);
-    /// Clears the scissor rectangle of `state`, whose framebuffer must be framebuffer().
-    void clear(const gl::Functions& gl, gl::PassState state) const;
     /// Binds depths and keys for multisampled passes with GeometryPass::in_front, and for
     /// sample_keys.comp.
     void bindForReading(const gl::Functions& gl) const;

@@ -149,8 +149,9 @@ void SceneRasterizer::uploadDrawRecords() {
     std::size_t instances = 0;
     for (const Draw& draw : draws)
         instances += draw.instances > 1 ? draw.instances : 0;
-    reserve(draw_records_, draws.size() * kDrawStride);
-    reserve(instance_records_, std::max<std::size_t>(instances, 1) * sizeof(shader::Placement));
+    gl::reserve(functions(), draw_records_, draws.size() * kDrawStride);
+    gl::reserve(functions(), instance_records_,
+                std::max<std::size_t>(instances, 1) * sizeof(shader::Placement));
     const auto draw_memory = draw_records_.overwrite(draws.size() * kDrawStride);
     const auto instance_memory = instance_records_.overwrite(instance_records_.size());
     auto* const placements = instance_memory.as<shader::Placement>();
@@ -199,10 +200,6 @@ Window SceneRasterizer::grown(const Window& bounds, const Draw& draw) const {
     const int size = pass_context_.settings.point_size;
     if (bounds.empty() || size <= 1 || (draw.flags & PEELER_IS_TRIANGLES) != 0) return bounds;
     return {bounds.x0 - size, bounds.y0 - size, bounds.x1 + size, bounds.y1 + size};
-}
-
-void SceneRasterizer::reserve(gl::Buffer& buffer, std::size_t bytes) const {
-    if (buffer.size() < bytes) buffer = gl::Buffer(functions(), bytes);
 }
 
 void SceneRasterizer::bindFrame() {
@@ -299,7 +296,6 @@ void SceneRasterizer::draw(const GeometryPass& pass, const Window& area) {
     state.multisampled = pass.multisampled;
     // Lists, clipping and alpha tests have the accuracy of samples.
     const bool lists_or_clips = pass.in_front || pass_context_.settings.clip.active();
-    state.per_sample = pass.multisampled && lists_or_clips;
     state.blend = pass.blend;
     gl::apply(gl, state);
     gl.PointSize(static_cast<GLfloat>(pass_context_.settings.point_size));
@@ -409,13 +405,7 @@ void SceneRasterizer::renderOpaqueBound() {
     }
     bound_missing_ = false;
     const GLuint framebuffer = bound_framebuffer_.name();
-    gl::PassState clearing = passState(framebuffer, area);
-    clearing.depth_test = gl::DepthTest::kNearest;  // enables depth writes, which a clear needs
-    gl::apply(gl, clearing);
-    const float far = 0;
-    const GLuint none[4] = {0xFFFFFFFFU, 0, 0, 0};
-    gl.ClearNamedFramebufferfv(framebuffer, GL_DEPTH, 0, &far);
-    gl.ClearNamedFramebufferuiv(framebuffer, GL_COLOR, 0, none);
+    gl::clear(gl, passState(framebuffer, area), 0xFFFFFFFFU);
     draw({.fragment_shader = "opaque_depth.frag",
           .draws = Draws::kOpaque,
           .bounded = false,

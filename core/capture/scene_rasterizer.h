@@ -97,8 +97,6 @@ class SceneRasterizer {
     void uploadDrawRecords();
     void bindMaterial(std::size_t material) const;
     Window grown(const Window& bounds, const Draw& draw) const;
-    /// Enlarges the buffer to at least this size; discards its contents.
-    void reserve(gl::Buffer& buffer, std::size_t bytes) const;
     void submit(const Draw& draw) const;
     void renderOpaqueBound();
 

@@ -39,7 +39,7 @@ int BandCapture::captureOpaque(const Window& tile, const Window& area) {
     const auto gpu = gl_->timer.span("gpuCapture");
     const auto& draws = posed_->drawList().draws();
     gl_->opaque.reserve(gl(), tile, pass_context_.settings.color_type);
-    gl_->opaque.clear(gl(), gl_->rasterizer.passState(gl_->opaque.framebuffer(), area));
+    gl::clear(gl(), gl_->rasterizer.passState(gl_->opaque.framebuffer(), area));
     const bool any = std::ranges::any_of(draws, &Draw::opaque);
     if (any) {
         gl_->rasterizer.draw({.fragment_shader = "opaque.frag",

@@ -229,7 +229,7 @@ void apply(const Functions& gl, const PassState& state) {
     gl.Disable(GL_STENCIL_TEST);
     gl.Disable(GL_DITHER);
     setEnabled(gl, GL_MULTISAMPLE, state.multisampled);
-    setEnabled(gl, GL_SAMPLE_SHADING, state.per_sample);
+    gl.Disable(GL_SAMPLE_SHADING);
     gl.MinSampleShading(1);
     gl.ColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
     if (state.depth_test != DepthTest::kOff) {
@@ -240,6 +240,15 @@ void apply(const Functions& gl, const PassState& state) {
         gl.Disable(GL_DEPTH_TEST);
         gl.DepthMask(GL_FALSE);
     }
+}
+
+void clear(const Functions& gl, PassState state, GLuint red) {
+    state.depth_test = DepthTest::kNearest;  // enables depth writes, which a clear needs
+    apply(gl, state);
+    const float far = 0;
+    const GLuint color[4] = {red, 0, 0, 0};
+    gl.ClearNamedFramebufferfv(state.framebuffer, GL_DEPTH, 0, &far);
+    gl.ClearNamedFramebufferuiv(state.framebuffer, GL_COLOR, 0, color);
 }
 
 }  // namespace peeler::gl

@@ -89,6 +89,13 @@ class Buffer : public Object<&Functions::DeleteBuffers> {
     std::size_t size_ = 0;
 };
 
+/// Enlarges the buffer to at least this size; discards its contents. Throws like Buffer.
+inline void reserve(const Functions& gl, Buffer& buffer, std::size_t bytes) {
+    if (buffer && buffer.size() >= bytes) return;
+    buffer = {};  // free the old buffer first, so that two are never held
+    buffer = Buffer(gl, bytes);
+}
+
 /// A fence in a context's command stream. The CPU can wait for it while the GPU runs later
 /// commands.
 class Fence {
@@ -195,10 +202,13 @@ struct PassState {
     /// Whether geometry in front of the near plane and behind the far plane is kept.
     bool depth_clamp = false;
     bool multisampled = false;  ///< whether the framebuffer has several samples per pixel
-    bool per_sample = false;    ///< whether fragment shaders run for every sample
     std::array<Blend, kMaxAttachments> blend{};  ///< blending with each colour attachment
 };
 void apply(const Functions& gl, const PassState& state);
+
+/// Clears the scissor rectangle of `state`: depths to 0, the far plane, and the first attachment to
+/// (`red`, 0, 0, 0). The attachment must have unsigned integers.
+void clear(const Functions& gl, PassState state, GLuint red = 0);
 
 /// Enables or disables a capability.
 inline void setEnabled(const Functions& gl, GLenum capability, bool on) {
