@@ -37,9 +37,9 @@ class PartChecker {
             add(PartProblem::kEmpty, 1, {});
             return;
         }
-        report_.sides = findSides(TriangleTree(report_.mesh), report_.topology);
+        report_.sides = findSides(PartTree(report_.mesh), report_.topology);
         report_.turned = turnedBack(report_.mesh, report_.topology, report_.sides);
-        const TriangleTree tree(report_.turned);
+        const PartTree tree(report_.turned);
         report_.crossings = findCrossings(tree, between(progress_, kTopologyEnd, kCrossingsEnd));
         report_.area = areaOf(report_.mesh);
         report_.sharp = sharpEdges(report_.turned, report_.topology);
@@ -61,7 +61,7 @@ class PartChecker {
         report_.topology = findTopology(report_.mesh);
     }
 
-    void findVolumes(const TriangleTree& tree) {
+    void findVolumes(const PartTree& tree) {
         const PartTopology& topology = report_.topology;
         if (!topology.closed() || !std::ranges::all_of(topology.shells, &PartShell::orientable))
             return;
@@ -73,7 +73,7 @@ class PartChecker {
     /// Finds the thinnest wall between faces that no surface crosses. If a wall with a crossed face
     /// is thinner, sets `crossed_wall`, too. Finds no wall if there are too many crossings to
     /// determine the union.
-    void findWall(const TriangleTree& tree) {
+    void findWall(const PartTree& tree) {
         FoundWall& found = report_.found_wall;
         found.certain = !report_.crossings.more && (report_.union_volume || !report_.volume);
         if (!found.certain) return;
@@ -200,7 +200,7 @@ void checkOverlaps(CheckReport& report, const Progress& progress) {
     for (const PartReport& part : report.parts)
         meshes.push_back(&part.turned);
     const PartMesh all = joinParts(meshes, false);
-    const TriangleTree tree(all);
+    const PartTree tree(all);
     const Crossings crossings = findCrossings(tree, between(progress, 0, 0.4));
     report.more = crossings.more;
     const std::vector<std::size_t> first = firstTriangles(report.parts);

@@ -113,19 +113,16 @@ class TestedCover {
     bool one_sided_;
 };
 
-struct Corner {
-    float x = 0, y = 0;
-};
-
 /// Tests the receivers between the triangle's edges, in columns x0 … x1 and rows y0 … y1. a, b and
 /// c are the triangle's corners.
 template <class Cover>
-PEELER_INLINE void coverRows(const Cover& cover, const FacingTriangle& triangle, Corner a, Corner b,
-                             Corner c, int x0, int x1, int y0, int y1, const CellReceivers& r) {
+PEELER_INLINE void coverRows(const Cover& cover, const FacingTriangle& triangle, glm::vec2 a,
+                             glm::vec2 b, glm::vec2 c, int x0, int x1, int y0, int y1,
+                             const CellReceivers& r) {
     if (b.y < a.y) std::swap(a, b);
     if (c.y < b.y) std::swap(b, c);
     if (b.y < a.y) std::swap(a, b);
-    const auto slope = [](const Corner& from, const Corner& to) {
+    const auto slope = [](const glm::vec2& from, const glm::vec2& to) {
         return to.y > from.y ? (to.x - from.x) / (to.y - from.y) : 0;
     };
     const float along = slope(a, c), upper = slope(a, b), lower = slope(b, c);
@@ -169,11 +166,11 @@ struct PlacedTriangles {
     std::array<int, kMost> x0, x1, y0, y1;  // cells to test; empty if x1 < x0 or y1 < y0
 };
 
-PEELER_INLINE float least(float a, float b, float c) {
+PEELER_INLINE float leastOf(float a, float b, float c) {
     const float ab = a < b ? a : b;
     return ab < c ? ab : c;
 }
-PEELER_INLINE float most(float a, float b, float c) {
+PEELER_INLINE float mostOf(float a, float b, float c) {
     const float ab = a > b ? a : b;
     return ab > c ? ab : c;
 }
@@ -214,13 +211,13 @@ PEELER_INLINE void placeTriangles(const Occluders& occluders, const OccluderPatc
         const float ax = p.a[0][i], bx = p.b[0][i], cx = p.c[0][i];
         const float ay = p.a[1][i], by = p.b[1][i], cy = p.c[1][i];
         const float az = p.a[2][i], bz = p.b[2][i], cz = p.c[2][i];
-        const float left = least(ax, bx, cx), right = most(ax, bx, cx);
-        const float top = least(ay, by, cy), bottom = most(ay, by, cy);
+        const float left = leastOf(ax, bx, cx), right = mostOf(ax, bx, cx);
+        const float top = leastOf(ay, by, cy), bottom = mostOf(ay, by, cy);
         cellsBetween(left, right, width, p.x0[i], p.x1[i]);
         cellsBetween(top, bottom, height, p.y0[i], p.y1[i]);
         const float area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax);
         p.inverse_area[i] = 1.0F / area;
-        const float deep = most(az, bz, cz) - least(az, bz, cz);
+        const float deep = mostOf(az, bz, cz) - leastOf(az, bz, cz);
         const float wide = (right - left) * column, high = (bottom - top) * row;
         const float limit = kSteepest * area * column * row;
         const bool steep = deep * deep * (wide * wide + high * high) > limit * limit;
@@ -238,7 +235,7 @@ PEELER_INLINE void coverPatch(const Occluders& occluders, const OccluderPiece& p
     for (std::uint32_t i = 0; i < patch.triangles; ++i) {
         const int x0 = p.x0[i], x1 = p.x1[i], y0 = p.y0[i], y1 = p.y1[i];
         if (x1 < x0 || y1 < y0) continue;
-        const Corner a{p.a[0][i], p.a[1][i]}, b{p.b[0][i], p.b[1][i]}, c{p.c[0][i], p.c[1][i]};
+        const glm::vec2 a{p.a[0][i], p.a[1][i]}, b{p.b[0][i], p.b[1][i]}, c{p.c[0][i], p.c[1][i]};
         const float inverse = p.inverse_area[i];  // a non-finite triangle covers nothing
         FacingTriangle t;
         t.x = a.x;

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include <peeler/error.h>
+#include "core/base/cross.h"
 
 namespace peeler {
 namespace {
@@ -14,10 +15,6 @@ namespace {
 // Half the diagonal of a texel, rounded up so that rounding errors exclude no triangle.
 constexpr double kReach = 0.7072;
 constexpr double kMostLookedAt = 536870912;  // 2^29 texels
-
-double cross(const glm::dvec2& a, const glm::dvec2& b) {
-    return a.x * b.y - a.y * b.x;
-}
 
 /// Returns twice the signed area of (a, b, p), positive if p is left of a → b. Always starts from
 /// the same end of the edge. So two triangles that traverse a shared edge in opposite directions

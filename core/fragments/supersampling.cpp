@@ -160,7 +160,7 @@ void RowMerger::composite(MergedRow& row) const {
     }
 }
 
-TintedColor toFloats(const MergedColor& color) {
+TintedColor floatsOf(const MergedColor& color) {
     TintedColor result;
     for (std::size_t c = 0; c < result.size(); ++c)
         result[c] = static_cast<float>(color[c]);
@@ -234,7 +234,7 @@ void mergeSamples(std::span<const LayeredImage> samples, const SurfaceOf& surfac
     std::size_t fragment = 0;
     for (const MergedRow& row : rows) {
         for (const MergedColor& color : row.colors)
-            storeColor(toFloats(color), out.color, fragment++);
+            storeColor(floatsOf(color), out.color, fragment++);
     }
     for (std::size_t i = 1; i < samples.front().extra.size(); ++i) {
         const FragmentArray& like = samples.front().extra[i];

@@ -16,6 +16,7 @@ namespace peeler {
 namespace {
 
 using Color = std::array<float, 4>;
+using Pixel = glm::ivec2;
 
 // kContrastShare and kLeastContrast are "high quality" and "visible limit" in the white paper.
 constexpr float kContrastShare = 1.0F / 8;   ///< minimum contrast as a share of the largest luma
@@ -28,16 +29,6 @@ constexpr float kSubpixel = 0.75F;
 /// The maximum difference between a pixel on a straight edge and its surroundings, as a share of
 /// the contrast. Allows for rounding.
 constexpr float kStraight = 1.0F / 3 + 1e-5F;
-
-struct Pixel {
-    int x, y;
-};
-Pixel operator+(Pixel a, Pixel b) {
-    return {a.x + b.x, a.y + b.y};
-}
-Pixel operator-(Pixel a) {
-    return {-a.x, -a.y};
-}
 
 /// The perceived brightness of a picture's pixels in front of a background. Beyond the borders, the
 /// outermost pixels are repeated.

@@ -151,7 +151,7 @@ constexpr std::uint64_t kFirstCrossingSteps = 1'000'000;
 /// Calls visit(other, meeting) for each triangle with index `first` or greater that touches or
 /// crosses `triangle`. Returns the number of comparisons.
 template <class Visit>
-std::uint64_t visitMeetings(const TriangleTree& tree, double near, std::uint32_t triangle,
+std::uint64_t visitMeetings(const PartTree& tree, double near, std::uint32_t triangle,
                             std::uint32_t first, Visit&& visit) {
     const PartMesh& mesh = tree.mesh();
     const Corners3 corners = mesh.corners(triangle);
@@ -174,7 +174,7 @@ std::uint64_t visitMeetings(const TriangleTree& tree, double near, std::uint32_t
 
 }  // namespace
 
-Crossings findCrossings(const TriangleTree& tree, const Progress& progress) {
+Crossings findCrossings(const PartTree& tree, const Progress& progress) {
     const std::size_t count = tree.mesh().triangles.size();
     const double near = kTouching * tree.mesh().size();
     Crossings found;

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include <peeler/work.h>
-#include "core/parts/triangle_tree.h"
+#include "core/parts/part_tree.h"
 
 namespace peeler {
 
@@ -51,7 +51,7 @@ struct Crossings {
     /// Incomplete if `more` is true.
     std::vector<char> touched;
 };
-Crossings findCrossings(const TriangleTree& tree, const Progress& progress = {});
+Crossings findCrossings(const PartTree& tree, const Progress& progress = {});
 /// Returns 1 for each triangle of the mesh that another triangle crosses, else 0. Complete unless
 /// Crossings::more.
 std::vector<char> crossedTriangles(const Crossings& crossings);

@@ -6,6 +6,8 @@
 #include <limits>
 #include <optional>
 
+#include "core/base/cross.h"
+
 namespace peeler {
 namespace {
 
@@ -15,10 +17,6 @@ constexpr double kFarAway = std::numeric_limits<double>::infinity();
 constexpr double kLineSlack = 1e-12;  // tolerance for rounding, relative to a triangle's size
 constexpr std::size_t kFewLines = 16;
 constexpr int kMostHalvings = 64;
-
-double cross(const glm::dvec2& a, const glm::dvec2& b) {
-    return a.x * b.y - a.y * b.x;
-}
 
 double areaOf(const Polygon& polygon) {
     double twice = 0;

@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/parts/part_tree.h"
 #include "core/parts/step_limit.h"
-#include "core/parts/triangle_tree.h"
 
 namespace peeler {
 
@@ -22,7 +22,7 @@ namespace peeler {
 class FreeArea {
   public:
     /// Points within `near` (scene units) of a plane are taken to lie in it.
-    FreeArea(const TriangleTree& tree, double near, StepLimit& limit)
+    FreeArea(const PartTree& tree, double near, StepLimit& limit)
         : tree_(tree), near_(near), limit_(limit) {}
 
     /// Returns the free area of a triangle, in square scene units. The result is meaningless if the
@@ -56,7 +56,7 @@ class FreeArea {
     double freeLength(const Polygon& cell, const std::vector<Line>& lines, const Place& known,
                       double x);
 
-    const TriangleTree& tree_;
+    const PartTree& tree_;
     double near_;
     StepLimit& limit_;
     glm::dvec3 origin_{0}, normal_{0}, right_{0}, up_{0};

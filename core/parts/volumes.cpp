@@ -17,7 +17,7 @@ namespace {
 
 /// Returns the number of closed shells around a shell: the shells that a ray from the shell crosses
 /// an odd number of times.
-std::size_t depthOf(const TriangleTree& tree, const PartTopology& topology, std::uint32_t shell) {
+std::size_t depthOf(const PartTree& tree, const PartTopology& topology, std::uint32_t shell) {
     const PartMesh& mesh = tree.mesh();
     const std::uint32_t first = topology.shells[shell].first;
     const glm::dvec3 from = mesh.middle(first);
@@ -47,7 +47,7 @@ std::size_t depthOf(const TriangleTree& tree, const PartTopology& topology, std:
 
 }  // namespace
 
-std::vector<ShellSide> findSides(const TriangleTree& tree, const PartTopology& topology) {
+std::vector<ShellSide> findSides(const PartTree& tree, const PartTopology& topology) {
     std::vector<ShellSide> sides(topology.shells.size(), ShellSide::kOpen);
     const double near = kTouching * tree.mesh().size();
     parallelFor(sides.size(), [&](std::size_t i) {
@@ -125,7 +125,7 @@ std::vector<std::vector<std::uint32_t>> patchesOf(const PartTopology& topology,
 
 }  // namespace
 
-std::optional<double> unionVolume(const TriangleTree& tree, const PartTopology& topology,
+std::optional<double> unionVolume(const PartTree& tree, const PartTopology& topology,
                                   const Crossings& crossings, const Progress& progress) {
     if (crossings.more) return std::nullopt;
     const PartMesh& mesh = tree.mesh();

@@ -9,7 +9,7 @@
 #include <peeler/work.h>
 #include "core/parts/crossings.h"
 #include "core/parts/part_mesh.h"
-#include "core/parts/triangle_tree.h"
+#include "core/parts/part_tree.h"
 
 namespace peeler {
 
@@ -25,7 +25,7 @@ enum class ShellSide : std::uint8_t {
 };
 
 /// Returns the role of each shell in PartTopology::shells.
-std::vector<ShellSide> findSides(const TriangleTree& tree, const PartTopology& topology);
+std::vector<ShellSide> findSides(const PartTree& tree, const PartTopology& topology);
 
 /// Returns the mesh with a consistent orientation: flips the triangles in PartTopology::turned, and
 /// all triangles of inside-out shells.
@@ -41,7 +41,7 @@ double volumeOf(const PartMesh& mesh);
 /// is the part of the surface without a body in front (FreeArea). Returns nullopt if the surfaces
 /// cross so often that the calculation would take too long. `topology` and `crossings` belong to
 /// the tree's mesh, which must be closed and face outwards.
-std::optional<double> unionVolume(const TriangleTree& tree, const PartTopology& topology,
+std::optional<double> unionVolume(const PartTree& tree, const PartTopology& topology,
                                   const Crossings& crossings, const Progress& progress = {});
 
 }  // namespace peeler

@@ -40,7 +40,7 @@ class OmittedFaces {
 /// Casts rays from points of triangles into the material.
 class WallRays {
   public:
-    WallRays(const TriangleTree& tree, const OmittedFaces& omitted)
+    WallRays(const PartTree& tree, const OmittedFaces& omitted)
         : tree_(tree), omitted_(omitted), near_(kTouching * tree.mesh().size()) {}
 
     double near() const { return near_; }
@@ -88,7 +88,7 @@ class WallRays {
     // The tolerance for surfaces in contact, as a fraction of near_. It allows only for rounding.
     static constexpr double kSlack = 1e-6;
 
-    const TriangleTree& tree_;
+    const PartTree& tree_;
     const OmittedFaces& omitted_;
     double near_;
     std::vector<LineHit> hits_;
@@ -109,8 +109,8 @@ void sampleWall(std::size_t triangle, WallRays& rays, const PartMesh& mesh,
 
 /// Returns the thinnest wall that rays from the middles of all triangles find. Samples a few
 /// triangles first, so that the other rays can end early.
-std::optional<Wall> sampledWall(const TriangleTree& tree, const OmittedFaces& omitted,
-                                StepLimit& limit, const Progress& progress) {
+std::optional<Wall> sampledWall(const PartTree& tree, const OmittedFaces& omitted, StepLimit& limit,
+                                const Progress& progress) {
     constexpr std::size_t kFirst = 1000;
     const PartMesh& mesh = tree.mesh();
     const std::size_t count = mesh.triangles.size();
@@ -163,7 +163,7 @@ void cutPolygon(std::vector<glm::dvec3>& polygon, std::vector<glm::dvec3>& scrat
 /// bound, and if the pair sorts after a given pair.
 class FacePairs {
   public:
-    FacePairs(const TriangleTree& tree, const OmittedFaces& omitted, double below,
+    FacePairs(const PartTree& tree, const OmittedFaces& omitted, double below,
               const std::optional<FacePair>& after)
         : tree_(tree), omitted_(omitted), below_(below), size_(tree.mesh().size()), after_(after) {}
 
@@ -250,7 +250,7 @@ class FacePairs {
 
     static constexpr double kLeastArea = 1e-15;
 
-    const TriangleTree& tree_;
+    const PartTree& tree_;
     const OmittedFaces& omitted_;
     double below_, size_;
     const std::optional<FacePair>& after_;
@@ -291,9 +291,9 @@ class FirstPairs {
     std::vector<FacePair> pairs_;
 };
 
-std::vector<FacePair> firstPairs(const TriangleTree& tree, const OmittedFaces& omitted,
-                                 double below, const std::optional<FacePair>& after,
-                                 StepLimit& limit, const Progress& progress) {
+std::vector<FacePair> firstPairs(const PartTree& tree, const OmittedFaces& omitted, double below,
+                                 const std::optional<FacePair>& after, StepLimit& limit,
+                                 const Progress& progress) {
     const std::size_t count = tree.mesh().triangles.size();
     FirstPairs first;
     parallelFor((count + kWallsAtOnce - 1) / kWallsAtOnce, limit, progress, [&](std::size_t i) {
@@ -309,7 +309,7 @@ std::vector<FacePair> firstPairs(const TriangleTree& tree, const OmittedFaces& o
 }
 
 /// Finds a thinner wall between the faces of a pair.
-std::optional<Wall> wallBetween(const FacePair& pair, const TriangleTree& tree, WallRays& rays,
+std::optional<Wall> wallBetween(const FacePair& pair, const PartTree& tree, WallRays& rays,
                                 double below, StepLimit& limit) {
     // Another body may lie between the faces at their closest point, but not everywhere. So several
     // points are tried, from the closest point to the middle of the overlap.
@@ -324,7 +324,7 @@ std::optional<Wall> wallBetween(const FacePair& pair, const TriangleTree& tree, 
 
 }  // namespace
 
-FoundWall thinnestWall(const TriangleTree& tree, const std::vector<char>& omitted_triangles,
+FoundWall thinnestWall(const PartTree& tree, const std::vector<char>& omitted_triangles,
                        const Progress& progress) {
     const OmittedFaces omitted(omitted_triangles);
     constexpr double kSampled = 0.5;

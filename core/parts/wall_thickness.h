@@ -9,7 +9,7 @@
 
 #include <peeler/work.h>
 #include "core/parts/part_mesh.h"
-#include "core/parts/triangle_tree.h"
+#include "core/parts/part_tree.h"
 
 namespace peeler {
 
@@ -41,7 +41,7 @@ struct FoundWall {
 /// pairs of faces of which one lies behind the other. Where two faces overlap, their distance is
 /// linear, so its minimum is at a corner of the overlap. The tree's mesh must face outwards.
 /// `omitted` (1 per triangle to omit; empty = none): these triangles are not faces of a wall.
-FoundWall thinnestWall(const TriangleTree& tree, const std::vector<char>& omitted = {},
+FoundWall thinnestWall(const PartTree& tree, const std::vector<char>& omitted = {},
                        const Progress& progress = {});
 
 /// Returns the edges whose two faces enclose material at less than kWallAngle. A part gets

@@ -19,7 +19,7 @@ constexpr double kNearestShare = 1.0 / 1024;
 /// Rounds to the nearest integer, ties to even. Adds a constant with which the integer ends up in
 /// the lower bits of the sum. Unlike a conversion, the addition needs no function call and can be
 /// vectorised.
-std::int32_t rounded(double value) {
+std::int32_t roundedToEven(double value) {
     constexpr double kShift = 6755399441055744.0;  // 1.5 · 2^52
     return static_cast<std::int32_t>(std::bit_cast<std::uint64_t>(value + kShift));
 }
@@ -74,7 +74,7 @@ void CornerPlacement::snap(std::span<const glm::vec3> positions, SnappedCorner* 
 }
 
 SnappedCorner snapped(const PlacedCorner& corner) {
-    return {rounded(corner.x), rounded(corner.y)};
+    return {roundedToEven(corner.x), roundedToEven(corner.y)};
 }
 
 namespace {

@@ -305,7 +305,7 @@ constexpr std::pair<Channel, EvaluateSurface> kSurfaceChannels[] = {
     {Channel::kEmissive, emissive},    {Channel::kRoughnessMetallic, roughnessMetallic},
 };
 
-EvaluateSurface evaluationOf(Channel channel) {
+EvaluateSurface evaluatorOf(Channel channel) {
     for (const auto& [one, evaluate] : kSurfaceChannels)
         if (one == channel) return evaluate;
     return nullptr;
@@ -348,7 +348,7 @@ std::vector<float> surfaceValues(const PosedScene& posed, const View& view,
     std::size_t floats = 0;
     for (const Channel channel : channels) {
         if (infoOf(channel).definition.empty()) continue;
-        columns.push_back({evaluationOf(channel), floats});
+        columns.push_back({evaluatorOf(channel), floats});
         floats += infoOf(channel).components.size();
     }
     std::vector<float> values(floats * keys.size());

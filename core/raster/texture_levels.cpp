@@ -6,6 +6,7 @@
 #include <mutex>
 #include <vector>
 
+#include "core/base/cross.h"
 #include "core/raster/surface_values.h"
 #include "core/shading/materials.h"
 
@@ -48,7 +49,7 @@ Ellipse ellipseOf(const glm::dvec2& a, const glm::dvec2& b) {
     const double xx = a.x * a.x + b.x * b.x, yy = a.y * a.y + b.y * b.y;
     const double xy = a.x * a.y + b.x * b.y;
     const double half = (xx - yy) / 2, root = std::sqrt(half * half + xy * xy);
-    const double most = (xx + yy) / 2 + root, area = std::abs(a.x * b.y - a.y * b.x);
+    const double most = (xx + yy) / 2 + root, area = std::abs(cross(a, b));
     const double longer = std::sqrt(most);
     glm::dvec2 axis = half >= 0 ? glm::dvec2(half + root, xy) : glm::dvec2(xy, root - half);
     const double length = std::sqrt(glm::dot(axis, axis));

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include <peeler/error.h>
+#include "core/base/cross.h"
 #include "core/base/hypotenuse.h"
 #include "core/scene/elements.h"
 
@@ -60,7 +61,7 @@ void keepHull(std::vector<glm::dvec2>& points) {
         for (const glm::dvec2& p : chain) {
             while (hull.size() >= first + 2) {
                 const glm::dvec2 a = hull[hull.size() - 2], ab = hull.back() - a, ap = p - a;
-                if (ab.x * ap.y - ab.y * ap.x > 0) break;
+                if (cross(ab, ap) > 0) break;
                 hull.pop_back();
             }
             hull.push_back(p);

@@ -20,10 +20,10 @@ static_assert(CellGrid::kVertexBits == 50);
 constexpr float kEndless = std::numeric_limits<float>::infinity();
 
 /// A box, in the first three lanes.
-struct Box {
+struct LaneBox {
     FourFloats low = FourFloats{} + kEndless, high = -low;
 
-    void add(const Box& other) {
+    void add(const LaneBox& other) {
         low = least(low, other.low);
         high = most(high, other.high);
     }
@@ -36,7 +36,7 @@ struct Box {
 
 /// The box of a triangle. The last lanes have its number, as floats of 24 and 8 bits.
 struct BoxedTriangle {
-    Box box;
+    LaneBox box;
 
     FourFloats middle() const { return box.low + box.high; }
     std::uint32_t triangle() const {
@@ -135,13 +135,13 @@ class TreeBuilder {
     /// Triangles, their box, and that of their middles.
     struct Part {
         std::span<BoxedTriangle> range;
-        Box box{}, middles{};
+        LaneBox box{}, middles{};
     };
     struct Task : Part {
         int depth = 0;
     };
     struct Bin {
-        Box box;
+        LaneBox box;
         std::size_t count = 0;
 
         void add(const Bin& other) {

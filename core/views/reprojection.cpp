@@ -52,7 +52,7 @@ struct CellHit {
 };
 
 /// Rounds like std::llround, without a function call.
-std::int64_t rounded(double value) {
+std::int64_t nearestInteger(double value) {
     return static_cast<std::int64_t>(value + (value < 0 ? -0.5 : 0.5));
 }
 
@@ -155,7 +155,7 @@ std::optional<ScreenCell> Reprojection::project(std::size_t fragment) const {
         if (!(z > projection.near && z <= projection.far)) return {};
         const glm::dvec2 at = to_rays_.pixel(point);
         if (!(std::abs(at.x) < kFarOut && std::abs(at.y) < kFarOut)) return {};
-        cell.corners[c] = Fixed(rounded(at.x * kSteps), rounded(at.y * kSteps));
+        cell.corners[c] = Fixed(nearestInteger(at.x * kSteps), nearestInteger(at.y * kSteps));
         cell.weights[c] = to_rays_.weight(z) / (from_rays_.perspective() ? planar : 1.0);
         cell.least = c == 0 ? cell.corners[c] : glm::min(cell.least, cell.corners[c]);
         cell.most = c == 0 ? cell.corners[c] : glm::max(cell.most, cell.corners[c]);
@@ -226,7 +226,8 @@ void Reprojection::rasterise(std::uint32_t fragment, const ScreenCell& cell, con
          firstPixel(cell.most.x + 1, to_.sample.x), firstPixel(cell.most.y + 1, to_.sample.y)},
         strip);
     if (box.empty()) return;
-    const Fixed sample(rounded(to_.sample.x * kSteps), rounded(to_.sample.y * kSteps));
+    const Fixed sample(nearestInteger(to_.sample.x * kSteps),
+                       nearestInteger(to_.sample.y * kSteps));
     constexpr std::array<std::array<std::size_t, 3>, 2> kTriangles = {{{0, 1, 2}, {0, 2, 3}}};
     for (const auto& triangle : kTriangles) {
         std::array<std::size_t, 3> at = triangle;

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include <peeler/error.h>
+#include "core/base/cross.h"
 #include "formats/meshes/mesh_parts.h"
 
 namespace peeler {
@@ -64,8 +65,7 @@ void PolygonCutter::project(std::span<const glm::vec3> corners) {
 
 /// Returns twice the area of a triangle, which is positive if the corners are counter-clockwise.
 double PolygonCutter::turn(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
-    const glm::dvec2 along = points_[b] - points_[a], away = points_[c] - points_[a];
-    return along.x * away.y - along.y * away.x;
+    return cross(points_[b] - points_[a], points_[c] - points_[a]);
 }
 
 bool PolygonCutter::turnsOneWay() const {

@@ -27,7 +27,7 @@ struct Checked {
     explicit Checked(PartMesh mesh)
         : raw(std::move(mesh)),
           topology(findTopology(raw)),
-          sides(findSides(TriangleTree(raw), topology)),
+          sides(findSides(PartTree(raw), topology)),
           turned(turnedBack(raw, topology, sides)),
           tree(turned),
           crossings(findCrossings(tree)) {}
@@ -56,7 +56,7 @@ struct Checked {
     PartTopology topology;
     std::vector<ShellSide> sides;
     PartMesh turned;
-    TriangleTree tree;
+    PartTree tree;
     Crossings crossings;
 };
 

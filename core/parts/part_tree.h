@@ -55,10 +55,10 @@ class CheckedLine {
 
 /// A bounding volume hierarchy of a mesh's triangles. Nodes are split at the median of the triangle
 /// centres, down to four triangles per leaf.
-class TriangleTree {
+class PartTree {
   public:
     /// The mesh must outlive the tree.
-    explicit TriangleTree(const PartMesh& mesh);
+    explicit PartTree(const PartMesh& mesh);
 
     /// Calls visit(triangle) for every triangle in a box for which enter(box) is true.
     template <class Enter, class Visit>

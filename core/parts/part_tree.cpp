@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/parts/triangle_tree.h"
+#include "core/parts/part_tree.h"
 
 #include <algorithm>
 #include <cmath>
@@ -77,7 +77,7 @@ std::optional<LineHit> CheckedLine::meets(const std::array<glm::dvec3, 3>& corne
     return hit;
 }
 
-TriangleTree::TriangleTree(const PartMesh& mesh) : mesh_(mesh), order_(mesh.triangles.size()) {
+PartTree::PartTree(const PartMesh& mesh) : mesh_(mesh), order_(mesh.triangles.size()) {
     if (order_.empty()) return;
     std::iota(order_.begin(), order_.end(), 0U);
     std::vector<Bounds> boxes;
@@ -89,8 +89,8 @@ TriangleTree::TriangleTree(const PartMesh& mesh) : mesh_(mesh), order_(mesh.tria
     build(0, 0, static_cast<std::uint32_t>(order_.size()), boxes);
 }
 
-void TriangleTree::build(std::uint32_t node, std::uint32_t begin, std::uint32_t end,
-                         const std::vector<Bounds>& boxes) {
+void PartTree::build(std::uint32_t node, std::uint32_t begin, std::uint32_t end,
+                     const std::vector<Bounds>& boxes) {
     Bounds box = boxes[order_[begin]];
     Bounds middles{box.min + box.max, box.min + box.max};
     for (std::uint32_t i = begin; i < end; ++i) {
@@ -122,8 +122,7 @@ void TriangleTree::build(std::uint32_t node, std::uint32_t begin, std::uint32_t 
     build(children + 1, half, end, boxes);
 }
 
-int TriangleTree::windingInFront(const glm::dvec3& point, const glm::dvec3& normal,
-                                 double near) const {
+int PartTree::windingInFront(const glm::dvec3& point, const glm::dvec3& normal, double near) const {
     // The minimum cosine between ray and normal. Rays with a smaller cosine stay too close to the
     // surface.
     constexpr double kLeast = 0.15;
