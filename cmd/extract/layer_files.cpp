@@ -76,9 +76,6 @@ SinkMemory LayerFiles::memory(const Plan& whole, int rows, std::uint64_t fragmen
         shared = sharedEncoderBytes(std::string(format->name), picture);
     }
     const std::uint64_t pixel = fragment_bytes + sizeof(std::uint32_t);
-    // The writer of a display picture keeps its composite: RGBA and Z, and if tinted the opacities
-    // of R, G and B.
-    const std::uint64_t composite = (whole.tinted ? 8 : 5) * sizeof(float);
     SinkMemory most;
     for (std::size_t first = 0; first < layers_.size(); first += kOpenAtOnce) {
         SinkMemory open;
@@ -97,10 +94,11 @@ SinkMemory LayerFiles::memory(const Plan& whole, int rows, std::uint64_t fragmen
             const std::uint64_t across =
                 pictures ? static_cast<std::uint64_t>(plan.view.crop.width()) : width;
             const std::uint64_t kept = static_cast<std::uint64_t>(one.rows) * across * pixel;
-            const std::uint64_t buffered =
-                pixels > 0 ? std::min(pixels * pixel, kFileBuffer) : kFileBuffer;
+            const std::uint64_t buffered = pictures     ? 0
+                                           : pixels > 0 ? std::min(pixels * pixel, kFileBuffer)
+                                                        : kFileBuffer;
             open.bytes += kept + one.bytes - std::min(one.bytes, shared) + buffered;
-            open.pixel_bytes += one.pixel_bytes + (pictures ? composite : 0);
+            open.pixel_bytes += one.pixel_bytes;
         }
         most.bytes = std::max(most.bytes, open.bytes + shared);
         most.pixel_bytes = std::max(most.pixel_bytes, open.pixel_bytes);

@@ -90,11 +90,10 @@ std::uint64_t imageEncoderBytes(const std::string& format, std::uint64_t picture
 }
 
 std::uint64_t sharedEncoderBytes(const std::string& format, std::uint64_t picture) {
-    // Half of a built-in encoder's memory (rows and filtered data) belongs to each encoder alone;
-    // encoders share the other half.
+    // A quarter of a built-in encoder's memory (waiting rows) belongs to each encoder alone.
     const std::uint64_t all = imageEncoderBytes(format, picture);
     for (const BuiltIn& row : kBuiltIn)
-        if (row.format == format && row.encoder) return all / 2;
+        if (row.format == format && row.encoder) return all / 4 * 3;
     return all;
 }
 

@@ -338,8 +338,11 @@ bool ImageWriter::metersOf(const Plan& plan) const {
 SinkMemory ImageWriter::memory(const Plan& plan) const {
     const std::uint64_t picture =
         plan.view.crop.pixels() * 4 * static_cast<std::uint64_t>(format_->bits / 8);
-    const std::uint64_t rows = static_cast<std::uint64_t>(plan.view.crop.width()) * kEncodedRows *
-                               4 * static_cast<std::uint64_t>(format_->bits / 8);
+    // Rows of the picture and of its composite: RGBA and Z, and if tinted the opacities of R, G
+    // and B.
+    const std::uint64_t rows =
+        static_cast<std::uint64_t>(plan.view.crop.width()) * kEncodedRows *
+        (4 * static_cast<std::uint64_t>(format_->bits / 8) + (plan.tinted ? 8 : 5) * sizeof(float));
     const std::uint64_t encoder = imageEncoderBytes(std::string(format_->name), picture) + rows;
     if (!metersOf(plan)) return {.bytes = encoder};
     const std::size_t pixel_bytes =

@@ -182,12 +182,13 @@ class PngEncoder final : public ImageEncoder {
         if (count == 0) return;
         const bool last = compressed_rows_ + count == height_;
         const std::size_t before = compressed_rows_ > 0 ? 1 : 0, line = row_bytes_ + 1;
-        const std::size_t known = filtered_.size();
-        filtered_.resize(known + count * line);
+        PngBytes filtered = std::move(dictionary_);
+        const std::size_t known = filtered.size();
+        filtered.resize(known + count * line);
         parallelFor(count, [&](std::size_t i) {
             const std::uint8_t* const row = rows_.data() + (before + i) * row_bytes_;
             filterByPaeth(row, before + i > 0 ? row - row_bytes_ : nullptr, row_bytes_,
-                          pixel_bytes_, filtered_.data() + known + i * line);
+                          pixel_bytes_, filtered.data() + known + i * line);
         });
         std::vector<Piece> pieces;
         for (std::size_t row = 0; row < count; row += piece_rows_) {
@@ -195,15 +196,15 @@ class PngEncoder final : public ImageEncoder {
             pieces.push_back({known + row * line, known + end * line});
         }
         parallelFor(pieces.size(), [&](std::size_t i) {
-            deflatePiece(filtered_, last && i + 1 == pieces.size(), pieces[i]);
+            deflatePiece(filtered, last && i + 1 == pieces.size(), pieces[i]);
         });
         for (std::size_t i = 0; i < pieces.size(); ++i)
             writePiece(pieces[i], last && i + 1 == pieces.size());
         compressed_rows_ += count;
         rows_.erase(rows_.begin(),
                     rows_.begin() + static_cast<std::ptrdiff_t>((before + count - 1) * row_bytes_));
-        const std::size_t kept = std::min(filtered_.size(), kDictionaryBytes);
-        filtered_.erase(filtered_.begin(), filtered_.end() - static_cast<std::ptrdiff_t>(kept));
+        const std::size_t kept = std::min(filtered.size(), kDictionaryBytes);
+        dictionary_.assign(filtered.end() - static_cast<std::ptrdiff_t>(kept), filtered.end());
     }
 
     void writePiece(const Piece& piece, bool last) {
@@ -231,9 +232,8 @@ class PngEncoder final : public ImageEncoder {
     bool wide_ = false;
     std::size_t height_ = 0, pixel_bytes_ = 0, row_bytes_ = 0, piece_rows_ = 1;
     std::size_t compressed_rows_ = 0;
-    PngBytes rows_;  // the last compressed row, then all waiting rows
-    // The end of the compressed data, as a dictionary, then the data to compress.
-    PngBytes filtered_;
+    PngBytes rows_;        // the last compressed row, then all waiting rows
+    PngBytes dictionary_;  // the end of the compressed data
     uLong checksum_ = 0;
 };
 
