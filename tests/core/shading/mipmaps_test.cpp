@@ -3,6 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cmath>
+#include <random>
+
+#include "core/base/color.h"
+
 namespace peeler {
 namespace {
 
@@ -36,6 +42,29 @@ TEST(Mipmaps, OddSizesWeighWhatTheyCover) {
     ASSERT_EQ(small.width, 2);
     EXPECT_EQ(small.rgba[0], 18);  // (10 + 20 + 15) / 2.5
     EXPECT_EQ(small.rgba[4], 42);  // (15 + 40 + 50) / 2.5
+}
+
+TEST(Mipmaps, EvenSizesAreMeansOfFour) {
+    std::mt19937 dice(1);
+    for (int i = 0; i < 3000; ++i) {
+        Image even;
+        even.width = even.height = 2;
+        for (int byte = 0; byte < 16; ++byte)
+            even.rgba.push_back(static_cast<std::uint8_t>(dice() % 256));
+        for (const bool srgb : {false, true}) {
+            std::array<double, 4> sum{};
+            for (std::size_t byte = 0; byte < 16; ++byte) {
+                const float value = static_cast<float>(even.rgba[byte]) / 255;
+                sum[byte % 4] += srgb && byte % 4 < 3 ? linearFromSrgb(value) : value;
+            }
+            const Image small = halved(even, srgb);
+            for (std::size_t c = 0; c < 4; ++c) {
+                const auto step = static_cast<float>(std::floor(sum[c] * 1024 + 0.5)) / 4096;
+                const float expected = srgb && c < 3 ? srgbFromLinear(step) : step;
+                EXPECT_EQ(small.rgba[c], std::lround(255 * expected)) << i;
+            }
+        }
+    }
 }
 
 TEST(Mipmaps, AConstantStaysConstant) {
