@@ -32,7 +32,7 @@ struct ShadedHit {
 class HitShader {
   public:
     /// The number of hits that are shaded at once.
-    static constexpr std::size_t kAtOnce = std::size_t{1} << 17;
+    static constexpr std::size_t kAtOnce = std::size_t{1} << 15;
 
     /// All arguments must outlive this object.
     HitShader(const gl::Context& context, const PosedScene& posed, SceneRasterizer& rasterizer,
