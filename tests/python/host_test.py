@@ -206,17 +206,23 @@ class Host(ModuleTest):
             check=False,
         )
 
+    def seconds_after_interrupt(self, call):
+        """Interrupts repeated calls; returns how many seconds later they end."""
+        for _ in range(5):
+            with Sending(lambda: os.kill(os.getpid(), signal.SIGINT), 0.05) as sent:
+                try:
+                    while sent.at is None or time.monotonic() < sent.at + 10 * LATEST:
+                        call()
+                except KeyboardInterrupt:
+                    return time.monotonic() - (sent.at or 0)
+            print("an interrupt arrived in a destructor, where Python drops it; so there is another")
+        return self.fail("no interrupt arrives")
+
     def test_ctrl_c_during_every_verb(self):
         calls, late = self.calls(self.picture(), **LARGE), []
         for name, call in calls.items():
             with self.subTest(name):
-                with self.assertRaises(KeyboardInterrupt):
-                    with Sending(lambda: os.kill(os.getpid(), signal.SIGINT), 0.05) as sent:
-                        try:
-                            while True:  # until the interrupt arrives
-                                call()
-                        finally:
-                            late.append(time.monotonic() - (sent.at or 0))
+                late.append(self.seconds_after_interrupt(call))
                 self.assertLess(late[-1], LATEST, name)
                 self.assertFalse(is_at_work(), name)
         self.assert_usable()
