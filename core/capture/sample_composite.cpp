@@ -134,7 +134,8 @@ void SampleComposite::countInFront(const Window& area) {
     std::copy_n(counts.as<const std::uint32_t>(), in_front_.size(), in_front_.begin());
 }
 
-/// Captures the transparent fragments of `part` into lists. If there are none, clears `first_`.
+/// Captures the lists of transparent fragments of `part`. Without any, `first_` is empty
+/// afterwards.
 void SampleComposite::listInFront(const Window& part, const Window& area) {
     const StageTimer timer(times_, "capture");
     const std::size_t above =

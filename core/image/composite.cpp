@@ -208,10 +208,6 @@ void compositeWith(const LayeredImage& image, const Color& background, Composite
     compositeWith(image, image.window.y0, image.window.y1, background, out, one);
 }
 
-constexpr auto kOver = []<class C>(const auto* colors, std::size_t count) {
-    return overInOrder<C>(colors, count);
-};
-
 /// Composites the nearest `layers` (0 = all) in order, and puts the tail behind them.
 struct NearestLayers {
     std::size_t limit;
@@ -232,7 +228,7 @@ struct NearestLayers {
 }  // namespace
 
 void compositeOver(const LayeredImage& image, const Color& background, CompositeImage& out) {
-    compositeWith(image, background, out, kOver);
+    compositeRows(image, image.window.y0, image.window.y1, background, out);
 }
 
 Color colorOf(const LayeredImage& image, std::size_t fragment) {
@@ -279,7 +275,10 @@ void decodeColors(CompositeImage& picture) {
 
 void compositeRows(const LayeredImage& image, int y0, int y1, const Color& background,
                    CompositeImage& out) {
-    compositeWith(image, y0, y1, background, out, kOver);
+    compositeWith(image, y0, y1, background, out,
+                  []<class C>(const auto* colors, std::size_t count) {
+                      return overInOrder<C>(colors, count);
+                  });
 }
 
 void compositeNearest(const LayeredImage& image, std::uint32_t layers, Tail tail,

@@ -151,42 +151,25 @@ std::vector<Taps> taps(int source, int destination) {
     return all;
 }
 
-/// The mean of four bytes, by their sum.
-using Means = std::array<std::uint8_t, 4 * 255 + 1>;
-
-Means makeMeans() {
-    Means means{};
-    for (std::size_t sum = 0; sum < means.size(); ++sum)
-        means[sum] = tables(false).encode[(sum * 4096 + 510) / 1020];
-    return means;
-}
-
 /// halved() of an image with even sides: each texel is the mean of four.
 void halveEvenly(const Image& image, bool srgb, Image& out) {
-    static const Means means = makeMeans();
-    const Tables& color = tables(true);
+    const Tables& color = tables(srgb);
+    const Tables& plain = tables(false);
     const auto width = static_cast<std::size_t>(out.width), line = 8 * width;
     parallelFor(static_cast<std::size_t>(out.height), [&](std::size_t y) {
         const std::uint8_t* upper = image.rgba.data() + 2 * y * line;
         const std::uint8_t* lower = upper + line;
         std::uint8_t* to = out.rgba.data() + y * width * 4;
         const std::uint8_t* const end = to + width * 4;
-        const auto mean = [&](std::size_t c) {
-            to[c] = means[std::size_t{upper[c]} + upper[c + 4] + lower[c] + lower[c + 4]];
-        };
-        const auto mean_light = [&](std::size_t c) {
-            const float light = color.decode[upper[c]] + color.decode[upper[c + 4]] +
-                                color.decode[lower[c]] + color.decode[lower[c + 4]];
-            to[c] = color.encode[static_cast<std::uint32_t>(light * 1024 + kHalf)];
+        const auto average = [&](const Tables& table, std::size_t c) {
+            const float sum = table.decode[upper[c]] + table.decode[upper[c + 4]] +
+                              table.decode[lower[c]] + table.decode[lower[c + 4]];
+            to[c] = table.encode[static_cast<std::uint32_t>(sum * 1024 + kHalf)];
         };
         for (; to != end; to += 4, upper += 8, lower += 8) {
-            for (std::size_t c = 0; c < 3; ++c) {
-                if (srgb)
-                    mean_light(c);
-                else
-                    mean(c);
-            }
-            mean(3);
+            for (std::size_t c = 0; c < 3; ++c)
+                average(color, c);
+            average(plain, 3);
         }
     });
 }
