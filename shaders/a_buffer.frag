@@ -13,11 +13,14 @@ void main() {
     if (!inRange(key)) discard;
 
     uint entry = takeEntry();
-#ifdef ENTRIES_AS_KEYS
     // Fetched list heads (GL_EXT_shader_framebuffer_fetch) give out entries in draw order. So
-    // entries order coincident fragments in the same way as primitive indices. Using entries avoids
-    // gl_PrimitiveID; with it, llvmpipe would duplicate the vertices that triangles share.
+    // entries order coincident fragments in the same way as primitive indices. Avoiding
+    // gl_PrimitiveID saves time: with it, llvmpipe would duplicate the vertices that triangles
+    // share.
+#ifdef ENTRIES_AS_KEYS
     key.primitive = entry;
+#elif defined(FIRST_KEYS)
+    key.primitive = first_key;
 #endif
     if (hasEntry(entry)) storeFragment(entry, key.depth, key.primitive, fragmentColor(base, gradients));
 }

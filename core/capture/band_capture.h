@@ -39,9 +39,9 @@ struct BandRequest {
     Window band;
     std::span<const std::uint32_t> counts;  ///< number of fragments in each pixel, from count()
     std::uint32_t layers = 0;               ///< number of nearest layers to keep; 0 = all
-    /// Whether layers() outputs draw-order keys as the first extra array. Ignored for hits, which
-    /// always have keys.
-    bool keys = false;
+    /// The keys that layers() outputs as the first extra array; none for kOrder. Hits always have
+    /// the keys of primitives, and so have fragments with channels, if they have keys.
+    StoredKeys keys = StoredKeys::kOrder;
     /// Whether to capture only the transparent fragments in front of the OpaqueTarget's fragments.
     bool in_front = false;
 
@@ -54,7 +54,7 @@ struct BandRequest {
 struct BandLists {
     Window band;
     std::uint32_t layers = 0;          ///< as in BandRequest
-    bool keys = false;                 ///< as in BandRequest
+    StoredKeys keys{};                 ///< as in BandRequest
     bool channels = false;             ///< whether channels.frag has run
     int passes = 0;                    ///< geometry passes so far
     std::vector<std::uint32_t> first;  ///< start of each pixel's list, pixels + 1 entries
@@ -253,7 +253,8 @@ class BandCapture {
     /// front of the opaque ones.
     void takeVisible(const Window& tile, const Window& rows, const CapturedFragments& captured,
                      const TakeVisible& take);
-    bool needsKeys(bool asked) const;
+    /// Returns the keys that lists need if a request asks for `asked`.
+    StoredKeys keysOf(StoredKeys asked) const;
     bool blendsTail() const { return pass_context_.settings.tail == Tail::kBlend; }
     /// Return the bytes of the lists' fragments in the buffers, and of the output of channels.frag.
     std::size_t storedBytes(const BandLists& lists) const;

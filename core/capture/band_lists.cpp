@@ -35,7 +35,8 @@ int BandCapture::layers(LayerMethod& method, const BandRequest& request, Layered
     if (pass_context_.view.rays) {
         const StageTimer timer(times_, "capture");
         const auto gpu = gl_->timer.span("gpuCapture");
-        tracedLayers().capture(request.band, request.layers, request.keys, next_frame_, out);
+        tracedLayers().capture(request.band, request.layers, request.keys != StoredKeys::kOrder,
+                               next_frame_, out);
         tracedLayers().takeTimes();  // "capture" includes them
         return 1;
     }
@@ -49,7 +50,8 @@ int BandCapture::captureHiding(LayerMethod& method, const Window& band) {
     LayeredImage& surfaces = parts.layers.front();
     countSurfaces(band, parts.surface_counts);
     parts.passes = surfaceLayers(
-        method, {.band = band, .counts = parts.surface_counts, .keys = true}, surfaces);
+        method, {.band = band, .counts = parts.surface_counts, .keys = StoredKeys::kPrimitive},
+        surfaces);
     parts.hidden_from = parts.shown.nearestOpaque(surfaces);
     parts.shown.keep(pass_context_.shown, false, surfaces);
     parts.band = band;
@@ -78,8 +80,9 @@ int BandCapture::layersWithSplats(LayerMethod& method, const BandRequest& reques
         parts.surface_counts.assign(request.counts.begin(), request.counts.end());
         for (std::size_t pixel = 0; pixel < counts.size(); ++pixel)
             parts.surface_counts[pixel] -= counts[pixel];
-        passes = surfaceLayers(method, {.band = band, .counts = parts.surface_counts, .keys = true},
-                               surfaces);
+        passes = surfaceLayers(
+            method, {.band = band, .counts = parts.surface_counts, .keys = StoredKeys::kPrimitive},
+            surfaces);
     }
     const StageTimer timer(times_, "splats");
     LayeredImage& captured = alone ? out : splats;
@@ -87,7 +90,7 @@ int BandCapture::layersWithSplats(LayerMethod& method, const BandRequest& reques
     fillSplatChannels(*posed_, pass_context_.view, settings.channels, next_frame_, captured);
     if (!alone) mergeByDepth(parts.layers, band, splats, out);
     keepLayers(out, {.nearest = request.layers});
-    if (!request.keys) out.extra.erase(out.extra.begin());
+    if (request.keys == StoredKeys::kOrder) out.extra.erase(out.extra.begin());
     return passes;
 }
 
@@ -191,7 +194,7 @@ void BandCapture::sortLists(const BandLists& lists, const std::uint32_t* stored,
                          ? PixelType::kFloat
                          : pass_context_.settings.color_type;
     out.color.channels = colorChannels(pass_context_.settings);
-    const bool keyed = needsKeys(lists.keys);
+    const bool keyed = keysOf(lists.keys) != StoredKeys::kOrder;
     if (!keyed) out.extra.clear();
     std::vector<std::uint32_t> sources;
     const CapturedFragments captured = capturedIn(lists, stored);
@@ -227,9 +230,10 @@ int BandCapture::composite(LayerMethod& method, const BandRequest& request, Comp
     return passes;
 }
 
-bool BandCapture::needsKeys(bool asked) const {
-    return asked || pass_context_.settings.hit_mode != HitMode::kNone ||
-           !pass_context_.settings.channels.empty();
+StoredKeys BandCapture::keysOf(StoredKeys asked) const {
+    const CaptureSettings& settings = pass_context_.settings;
+    const bool primitives = settings.hit_mode != HitMode::kNone || !settings.channels.empty();
+    return primitives ? StoredKeys::kPrimitive : asked;
 }
 
 std::size_t BandCapture::storedBytes(const BandLists& lists) const {
@@ -297,7 +301,7 @@ void BandCapture::drawLists(LayerMethod& method, const BandRequest& request, std
     gl_->rasterizer.setBand(band);
     lists.passes = 0;
     forEachTile(band, [&](const Window& tile, const Window& window) {
-        LayerArea area{.window = window, .keys = needsKeys(request.keys)};
+        LayerArea area{.window = window, .keys = keysOf(request.keys)};
         area.layers =
             largestIn(band, window, [&](std::size_t p) { return first[p + 1] - first[p]; });
         if (area.layers == 0) return;
@@ -340,7 +344,8 @@ void BandCapture::addChannels(const BandLists& lists, const CapturedFragments& c
                               std::span<std::uint32_t> sources, const float* values,
                               LayeredImage& out) {
     const std::vector<Channel>& channels = pass_context_.settings.channels;
-    const bool hits = pass_context_.settings.hit_mode != HitMode::kNone, keyed = hits || lists.keys;
+    const bool hits = pass_context_.settings.hit_mode != HitMode::kNone;
+    const bool keyed = hits || lists.keys != StoredKeys::kOrder;
     out.extra.resize(channels.size() + (keyed ? 1 : 0));
     FragmentArray not_asked_for;
     FragmentArray& first = keyed ? out.extra.front() : not_asked_for;

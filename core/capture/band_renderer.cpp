@@ -54,6 +54,7 @@ void BandRenderer::begin(const GlPlan& plan) {
 }
 
 void BandRenderer::showSample(std::size_t i) {
+    sample_ = i;
     pass_context_.view = plan_->view;
     if (!plan_->shades_pixels) pass_context_.view.sample = plan_->positions[i];
     capture_.begin();
@@ -86,16 +87,19 @@ std::span<const std::uint32_t> BandRenderer::countsOf(const Window& band) {
         return counts_;
     }
     const Window& crop = plan_->view.crop;
-    const auto first =
+    const auto above =
         static_cast<std::size_t>(band.y0 - crop.y0) * static_cast<std::size_t>(crop.width());
-    return std::span(plan_->kept_counts).subspan(first, band.pixels());
+    return std::span(plan_->kept_counts).subspan(sample_ * crop.pixels() + above, band.pixels());
 }
 
 void BandRenderer::captureLayers(const Window& band, std::uint32_t most, LayeredImage& out) {
-    passes_ += capture_.layers(
-        *methods_.layers,
-        {.band = band, .counts = countsOf(band), .layers = most, .keys = plan_->mergesLayers()},
-        out);
+    passes_ +=
+        capture_.layers(*methods_.layers,
+                        {.band = band,
+                         .counts = countsOf(band),
+                         .layers = most,
+                         .keys = plan_->mergesLayers() ? StoredKeys::kSurface : StoredKeys::kOrder},
+                        out);
 }
 
 void BandRenderer::compositeView(const Window& band, CompositeImage& out) {

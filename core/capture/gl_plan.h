@@ -47,9 +47,9 @@ struct GlPlan final : CapturePlan::Details {
     double share = 0;                          ///< planning's share of the total work, for progress
 
     // Planning results. Only a renderer's latest plan has them.
-    std::vector<std::uint32_t> kept_counts{};
-    std::vector<LayeredImage> kept_bands{};  ///< bands captured while counting; empty unless kept
-    int kept_passes = 0;                     ///< geometry passes that captured kept_bands
+    std::vector<std::uint32_t> kept_counts{};  ///< by sample, then by pixel of the crop
+    std::vector<LayeredImage> kept_bands{};    ///< bands captured while counting; empty unless kept
+    int kept_passes = 0;                       ///< geometry passes that captured kept_bands
 
     bool mergesLayers() const { return positions.size() > 1 && !settings.composite; }
     bool fitsKept(std::uint64_t bytes) const {

@@ -257,8 +257,8 @@ void GlPlanner::countSamples() {
     plan_.counted.emplace(crop);
     renderer_.freeBands();
     countClip();
-    if (plan_.positions.size() == 1 && plan_.fitsKept(crop.pixels() * sizeof(std::uint32_t)))
-        plan_.kept_counts.resize(crop.pixels());
+    const std::uint64_t all_pixels = plan_.positions.size() * crop.pixels();
+    if (plan_.fitsKept(all_pixels * sizeof(std::uint32_t))) plan_.kept_counts.resize(all_pixels);
 
     BandBudget counting = renderer_.budget();
     counting.costs().use.pixel = 2 * sizeof(std::uint32_t);
@@ -275,7 +275,8 @@ void GlPlanner::countSamples() {
         for (const Window& band : counting.cutForCounting(limits)) {
             renderer_.capture().count(band, counts);
             const StageTimer timer(times_, "count");
-            const auto first = static_cast<std::size_t>(band.y0 - crop.y0) * width;
+            const std::size_t first =
+                i * crop.pixels() + static_cast<std::size_t>(band.y0 - crop.y0) * width;
             for (int y = band.y0; y < band.y1; ++y) {
                 const auto row = static_cast<std::size_t>(y - band.y0) * width;
                 plan_.counted->addRow(crop.x0, y, {counts.data() + row, width});
@@ -309,7 +310,10 @@ void GlPlanner::countMerged() {
         if (keeps) plan_.kept_bands.push_back(image);
         report(kCountShare, 1, static_cast<double>(band.y1 - crop.y0) / crop.height());
     }
-    if (!keeps) plan_.kept_bands.clear();
+    if (keeps)
+        plan_.kept_counts = {};
+    else
+        plan_.kept_bands.clear();
 }
 
 /// Applies the settings max_layers and occlusion_ratio. The first layer that covers less than

@@ -15,6 +15,15 @@ namespace peeler {
 
 class SceneRasterizer;
 
+/// The keys that are stored with fragments.
+enum class StoredKeys : std::uint8_t {
+    kOrder,  ///< any values that increase in draw order
+    /// The key of any primitive of the fragment's surface. Fragments with the same depth and key
+    /// are stored in draw order.
+    kSurface,
+    kPrimitive  ///< the key of the fragment's primitive
+};
+
 /// The area that a layer method captures, with its framebuffer and options.
 struct LayerArea {
     Window window;             ///< window to capture, inside the rasterizer's tile
@@ -25,9 +34,8 @@ struct LayerArea {
     bool list_head_target = false;  ///< whether the list heads are a render target, not a buffer
     /// Whether to capture only the transparent fragments in front of the OpaqueTarget's fragments.
     bool in_front = false;
-    /// Whether to store each fragment's primitive. If false, the method may instead store any value
-    /// that increases in draw order.
-    bool keys = true;
+    /// The keys to store. kPrimitive fulfils the other requests, too.
+    StoredKeys keys = StoredKeys::kPrimitive;
 };
 
 /// A method that captures fragments into the bound band buffers. Every render creates a new object.

@@ -31,7 +31,9 @@ class ListSorter {
             const std::uint32_t fragment = order_[i];
             const std::uint64_t key = keyOf(words + fragment * stride);
             std::size_t at = i;
-            for (; at > 0 && keys_[at - 1] > key; --at) {
+            for (; at > 0 &&
+                   (keys_[at - 1] > key || (keys_[at - 1] == key && order_[at - 1] > fragment));
+                 --at) {
                 keys_[at] = keys_[at - 1];
                 order_[at] = order_[at - 1];
             }
@@ -59,7 +61,8 @@ class ListSorter {
 
     void sortAnew(const std::uint32_t* words, std::size_t stride) {
         std::sort(order_.begin(), order_.end(), [&](std::uint32_t a, std::uint32_t b) {
-            return keyOf(words + a * stride) < keyOf(words + b * stride);
+            const std::uint64_t of_a = keyOf(words + a * stride), of_b = keyOf(words + b * stride);
+            return of_a != of_b ? of_a < of_b : a < b;
         });
     }
 

@@ -15,8 +15,7 @@ namespace peeler {
 
 /// A captured band. Pixel p has the fragments [first[p], first[p + 1]). A fragment has `stride`
 /// words: buffer depth, primitive and colour (shaders/stored_fragments.glsl). Instead of the
-/// primitive, a fragment may have another value that orders the pixel's fragments the same way
-/// (LayerArea::keys).
+/// primitive, a fragment may have another key (StoredKeys).
 struct CapturedFragments {
     std::span<const std::uint32_t> first;  ///< index of each pixel's first fragment, then the end
     const std::uint32_t* words = nullptr;
@@ -37,7 +36,7 @@ struct OpaqueFragments {
     static constexpr std::size_t kWords = 4;
 };
 
-/// Sorts every pixel's list by (depth, primitive), keeps the nearest `max_layers` (0 = all),
+/// Sorts every pixel's list by (depth, key, place in the list), keeps the nearest `max_layers` (0 = all),
 /// converts buffer depth to camera Z and writes the result to `out`. The window, colour channels
 /// and type of `out` must be set. Reuses the storage of `out` and leaves its extra arrays
 /// unchanged. `sources`, if given, receives one index for each fragment of `out`: the fragment's

@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstring>
+#include <limits>
 
 #include "core/base/parallel.h"
 #include "core/image/composite.h"
@@ -21,129 +23,201 @@ double radicalInverse(unsigned index) {
     return value;
 }
 
+TintedColor floatsOf(const MergedColor& color) {
+    TintedColor result;
+    for (std::size_t c = 0; c < result.size(); ++c)
+        result[c] = static_cast<float>(color[c]);
+    return result;
+}
+
 /// One fragment of one sample of the current pixel.
 struct Entry {
     float z;
-    int sample;
+    std::uint32_t sample;
     std::uint32_t fragment;  // index in its sample's image
     std::uint32_t surface;
-};
-
-/// Fragments to merge into one, at most one per sample.
-struct Group {
-    std::uint32_t surface;
-    std::size_t nearest;  // index of the nearest member in the pixel's entries
-    // For each sample: the index, in the pixel's entries, of the group's member from this sample;
-    // −1 if the group has no member from it.
-    std::vector<int> members;
+    float next_z;  // Z of the sample's next fragment of this surface; infinite if there is none
 };
 
 struct MergedRow {
     std::vector<std::uint32_t> counts;  // number of merged fragments in each pixel
     std::vector<float> z;
-    std::vector<MergedColor> colors;
-    std::vector<std::pair<int, std::uint32_t>> nearest;  // sample, and the fragment's index in it
+    FragmentArray color;
+    // The image and the index of each merged fragment's nearest member.
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> nearest;
 };
 
 /// Merges the pixels of a row one after another, with the same buffers.
 class RowMerger {
   public:
     RowMerger(std::span<const LayeredImage> samples, const SurfaceOf& surface_of)
-        : samples_(samples), surface_of_(surface_of), last_group_(samples.size()) {}
+        : samples_(samples),
+          surface_of_(surface_of),
+          begin_(samples.size() + 1),
+          last_group_(samples.size()),
+          through_(samples.size()) {}
 
     void merge(std::size_t pixel, MergedRow& row) {
         collect(pixel);
-        group();
+        groups_.clear();
+        members_.clear();
+        if (!groupAlike()) groupByDepth();
         row.counts.push_back(static_cast<std::uint32_t>(groups_.size()));
         composite(row);
     }
 
   private:
+    /// Fragments that are merged into one, at most one per sample.
+    struct Group {
+        std::uint32_t surface;
+        std::uint32_t nearest;  // index of the nearest member in entries_
+    };
+
     void collect(std::size_t pixel);
-    void group();
-    bool fits(const Group& group, const Entry& entry) const;
-    void composite(MergedRow& row) const;
+    bool groupAlike();
+    void groupByDepth();
+    void sortEntries();
+    void addGroup(std::uint32_t nearest) {
+        groups_.push_back({entries_[nearest].surface, nearest});
+        members_.insert(members_.end(), samples_.size(), kNoFragment);
+    }
+    /// Returns the entries of a group by sample; kNoFragment where a sample has none.
+    std::span<std::uint32_t> membersOf(std::size_t group) {
+        return std::span(members_).subspan(group * samples_.size(), samples_.size());
+    }
+    bool fits(std::size_t group, const Entry& entry);
+    void composite(MergedRow& row);
 
     std::span<const LayeredImage> samples_;
     const SurfaceOf& surface_of_;
-    std::vector<Entry> entries_;  // sorted by Z, then by sample and fragment
+    std::vector<Entry> entries_;
+    std::vector<std::uint32_t> begin_;  // first entry of each sample, then the end
     std::vector<Group> groups_;
-    std::vector<int> last_group_;  // latest group of each sample
+    std::vector<std::uint32_t> members_;
+    std::vector<int> last_group_;                 // latest group of each sample
+    std::vector<std::array<double, 3>> through_;  // transmittance of each sample, per channel
 };
 
+/// Sets the entries of a pixel: sample after sample, each from front to back.
 void RowMerger::collect(std::size_t pixel) {
     entries_.clear();
     for (std::size_t s = 0; s < samples_.size(); ++s) {
         const LayeredImage& image = samples_[s];
-        const auto primitives = image.extra.front().as<std::uint32_t>();
+        const auto keys = image.extra.front().as<std::uint32_t>();
+        begin_[s] = static_cast<std::uint32_t>(entries_.size());
         for (std::uint32_t f = image.offsets[pixel]; f < image.offsets[pixel + 1]; ++f)
-            entries_.push_back({image.z[f], static_cast<int>(s), f, surface_of_(primitives[f])});
+            entries_.push_back(
+                {image.z[f], static_cast<std::uint32_t>(s), f, surface_of_(keys[f]), 0});
     }
-    std::sort(entries_.begin(), entries_.end(), [](const Entry& a, const Entry& b) {
-        if (a.z != b.z) return a.z < b.z;
-        return a.sample != b.sample ? a.sample < b.sample : a.fragment < b.fragment;
-    });
+    begin_.back() = static_cast<std::uint32_t>(entries_.size());
+}
+
+/// Groups the k-th fragments of all samples if groupByDepth() would do so. Most pixels are like
+/// that: all samples see the same surfaces, one clearly behind the other. Returns whether the
+/// pixel is one of them.
+bool RowMerger::groupAlike() {
+    const std::uint32_t layers = begin_[1];
+    for (std::size_t s = 0; s < begin_.size(); ++s)
+        if (begin_[s] != s * layers) return false;
+    float nearest_before = 0, farthest_before = -std::numeric_limits<float>::infinity();
+    for (std::uint32_t layer = 0; layer < layers; ++layer) {
+        std::uint32_t nearest = layer;
+        float farthest = entries_[layer].z;
+        for (std::uint32_t i = layer; i < entries_.size(); i += layers) {
+            if (entries_[i].surface != entries_[layer].surface) return false;
+            if (entries_[i].z < entries_[nearest].z) nearest = i;
+            farthest = std::max(farthest, entries_[i].z);
+        }
+        // The gap in front of the layer must be wider than the layer in front of it. Otherwise, a
+        // fragment may be nearer to the next fragment of its surface.
+        const float gap = entries_[nearest].z - farthest_before;
+        if (!(gap > 0) || gap < farthest_before - nearest_before) return false;
+        nearest_before = entries_[nearest].z;
+        farthest_before = farthest;
+        groups_.push_back({entries_[layer].surface, nearest});
+    }
+    for (std::uint32_t layer = 0; layer < layers; ++layer)
+        for (std::uint32_t i = layer; i < entries_.size(); i += layers)
+            members_.push_back(i);
+    return true;
+}
+
+/// Sorts the entries by Z, then by sample.
+void RowMerger::sortEntries() {
+    for (std::size_t s = 0; s < samples_.size(); ++s) {
+        for (std::uint32_t i = begin_[s]; i < begin_[s + 1]; ++i) {
+            entries_[i].next_z = std::numeric_limits<float>::infinity();
+            for (std::uint32_t next = i + 1; next < begin_[s + 1]; ++next) {
+                if (entries_[next].surface != entries_[i].surface) continue;
+                entries_[i].next_z = entries_[next].z;
+                break;
+            }
+        }
+    }
+    // Each sample's entries are sorted, and equal Z keep the order of samples.
+    for (std::size_t width = 1; width < samples_.size(); width *= 2) {
+        for (std::size_t s = 0; s + width < samples_.size(); s += 2 * width) {
+            const auto at = [&](std::size_t sample) {
+                return entries_.begin() + begin_[std::min(sample, samples_.size())];
+            };
+            std::inplace_merge(at(s), at(s + width), at(s + 2 * width),
+                               [](const Entry& a, const Entry& b) { return a.z < b.z; });
+        }
+    }
 }
 
 /// Whether an entry may join the group. It may not if it is nearer in Z to another fragment of a
 /// member's surface and sample than to this member. Such a fragment exists only if a surface covers
 /// the pixel more than once (front and back of a ball, folds).
-bool RowMerger::fits(const Group& group, const Entry& entry) const {
-    for (const int member : group.members) {
-        if (member < 0) continue;
-        const Entry& own = entries_[static_cast<std::size_t>(member)];
-        for (std::size_t i = static_cast<std::size_t>(member) + 1; i < entries_.size(); ++i) {
-            const Entry& next = entries_[i];
-            if (next.sample != own.sample || next.surface != own.surface) continue;
-            if (std::abs(next.z - entry.z) < std::abs(own.z - entry.z)) return false;
-            break;
-        }
-    }
-    return true;
+bool RowMerger::fits(std::size_t group, const Entry& entry) {
+    return std::ranges::none_of(membersOf(group), [&](std::uint32_t member) {
+        if (member == kNoFragment) return false;
+        const Entry& own = entries_[member];
+        return std::abs(own.next_z - entry.z) < std::abs(own.z - entry.z);
+    });
 }
 
-void RowMerger::group() {
+void RowMerger::groupByDepth() {
     groups_.clear();
+    sortEntries();
     std::fill(last_group_.begin(), last_group_.end(), -1);
-    for (std::size_t i = 0; i < entries_.size(); ++i) {
+    for (std::uint32_t i = 0; i < entries_.size(); ++i) {
         const Entry& entry = entries_[i];
-        int& last = last_group_[static_cast<std::size_t>(entry.sample)];
+        int& last = last_group_[entry.sample];
         // Searches only the groups behind the group of the sample's previous fragment, so that the
         // fragments of every sample keep their order.
         int found = static_cast<int>(groups_.size()) - 1;
         while (found > last && groups_[static_cast<std::size_t>(found)].surface != entry.surface)
             --found;
-        if (found <= last || !fits(groups_[static_cast<std::size_t>(found)], entry)) {
+        if (found <= last || !fits(static_cast<std::size_t>(found), entry)) {
             found = static_cast<int>(groups_.size());
-            groups_.push_back({entry.surface, i, std::vector<int>(samples_.size(), -1)});
+            addGroup(i);
         }
-        groups_[static_cast<std::size_t>(found)].members[static_cast<std::size_t>(entry.sample)] =
-            static_cast<int>(i);
+        membersOf(static_cast<std::size_t>(found))[entry.sample] = i;
         last = found;
     }
 }
 
-void RowMerger::composite(MergedRow& row) const {
+void RowMerger::composite(MergedRow& row) {
     constexpr double kNothing = 1e-9;
-    using Through = std::array<double, 3>;  // transmittance per channel
-    std::vector<Through> through(samples_.size(), {1, 1, 1});
+    std::fill(through_.begin(), through_.end(), std::array<double, 3>{1, 1, 1});
     const auto samples = static_cast<double>(samples_.size());
-    for (const Group& group : groups_) {
-        Through all_through{};
-        for (const Through& t : through)
+    for (std::size_t group = 0; group < groups_.size(); ++group) {
+        std::array<double, 3> all_through{};
+        for (const auto& through : through_)
             for (std::size_t c = 0; c < 3; ++c)
-                all_through[c] += t[c];
+                all_through[c] += through[c];
         MergedColor seen{}, plain{};
+        const std::span<const std::uint32_t> members = membersOf(group);
         for (std::size_t s = 0; s < samples_.size(); ++s) {
-            if (group.members[s] < 0) continue;
-            const Entry& entry = entries_[static_cast<std::size_t>(group.members[s])];
-            const TintedColor color = tintedColorOf(samples_[s], entry.fragment);
+            if (members[s] == kNoFragment) continue;
+            const TintedColor color = tintedColorOf(samples_[s], entries_[members[s]].fragment);
             for (std::size_t c = 0; c < 3; ++c) {
                 for (const std::size_t i : {c, 4 + c}) {
-                    seen[i] += through[s][c] * static_cast<double>(color[i]);
+                    seen[i] += through_[s][c] * static_cast<double>(color[i]);
                     plain[i] += static_cast<double>(color[i]);
                 }
-                through[s][c] *= 1 - static_cast<double>(color[4 + c]);
+                through_[s][c] *= 1 - static_cast<double>(color[4 + c]);
             }
         }
         MergedColor merged{};
@@ -153,18 +227,12 @@ void RowMerger::composite(MergedRow& row) const {
                 merged[i] = hidden ? plain[i] / samples : seen[i] / all_through[c];
         }
         merged[3] = meanOpacity(merged[4], merged[5], merged[6]);
-        const Entry& nearest = entries_[group.nearest];
+        const Entry& nearest = entries_[groups_[group].nearest];
         row.z.push_back(nearest.z);
         row.nearest.emplace_back(nearest.sample, nearest.fragment);
-        row.colors.push_back(merged);
+        row.color.data.resize(row.z.size() * row.color.stride());
+        storeColor(floatsOf(merged), row.color, row.z.size() - 1);
     }
-}
-
-TintedColor floatsOf(const MergedColor& color) {
-    TintedColor result;
-    for (std::size_t c = 0; c < result.size(); ++c)
-        result[c] = static_cast<float>(color[c]);
-    return result;
 }
 
 }  // namespace
@@ -213,42 +281,44 @@ void mergeSamples(std::span<const LayeredImage> samples, const SurfaceOf& surfac
     const Window& window = samples.front().window;
     const auto width = static_cast<std::size_t>(window.width());
     const auto height = static_cast<std::size_t>(window.height());
+    const FragmentArray no_colors{samples.front().color.channels, color_type, {}};
     std::vector<MergedRow> rows(height);
     parallelFor(height, [&](std::size_t y) {
+        rows[y].color = no_colors;
         RowMerger merger(samples, surface_of);
         for (std::size_t x = 0; x < width; ++x)
             merger.merge(y * width + x, rows[y]);
     });
 
     out.window = window;
-    out.color = {samples.front().color.channels, color_type, {}};
-    out.extra.clear();
-    out.z.clear();
     out.offsets.assign(1, 0);
-    for (const MergedRow& row : rows) {
+    for (const MergedRow& row : rows)
         for (const std::uint32_t count : row.counts)
             out.offsets.push_back(out.offsets.back() + count);
-        out.z.insert(out.z.end(), row.z.begin(), row.z.end());
-    }
-    out.color.data.resize(out.z.size() * out.color.stride());
-    std::size_t fragment = 0;
-    for (const MergedRow& row : rows) {
-        for (const MergedColor& color : row.colors)
-            storeColor(floatsOf(color), out.color, fragment++);
-    }
-    for (std::size_t i = 1; i < samples.front().extra.size(); ++i) {
-        const FragmentArray& like = samples.front().extra[i];
-        const std::size_t stride = like.stride();
+    const std::size_t fragments = out.offsets.back();
+    out.z.resize(fragments);
+    out.color = no_colors;
+    out.color.data.resize(fragments * out.color.stride());
+    const std::span<const FragmentArray> channels = std::span(samples.front().extra).subspan(1);
+    out.extra.clear();
+    for (const FragmentArray& like : channels) {
         FragmentArray& array = out.extra.emplace_back(FragmentArray{like.channels, like.type, {}});
-        array.data.reserve(out.z.size() * stride);
-        for (const MergedRow& row : rows) {
+        array.data.resize(fragments * array.stride());
+    }
+    parallelFor(height, [&](std::size_t y) {
+        const MergedRow& row = rows[y];
+        const std::size_t first = out.offsets[y * width];
+        std::ranges::copy(row.z, out.z.data() + first);
+        std::ranges::copy(row.color.data, out.color.data.data() + first * out.color.stride());
+        for (std::size_t i = 0; i < channels.size(); ++i) {
+            const std::size_t stride = channels[i].stride();
+            std::byte* to = out.extra[i].data.data() + first * stride;
             for (const auto& [sample, from] : row.nearest) {
-                const auto* data = samples[static_cast<std::size_t>(sample)].extra[i].data.data();
-                array.data.insert(array.data.end(), data + from * stride,
-                                  data + (from + 1) * stride);
+                std::memcpy(to, samples[sample].extra[1 + i].data.data() + from * stride, stride);
+                to += stride;
             }
         }
-    }
+    });
 }
 
 }  // namespace peeler

@@ -7,6 +7,9 @@
 namespace peeler {
 namespace {
 
+// The definitions of passes that render to the list heads, by StoredKeys.
+constexpr std::string_view kDefinitions[] = {kEntriesAsKeys, kFirstKeys, kFetchedListHeads};
+
 class ABuffer final : public LayerMethod {
   public:
     bool takesAll() const override { return true; }
@@ -22,7 +25,7 @@ class ABuffer final : public LayerMethod {
         GeometryPass pass{.fragment_shader = "a_buffer.frag", .shades = true};
         if (rasterizer.hitMode() != HitMode::kNone) pass = {.fragment_shader = "hits.frag"};
         if (area.list_head_target)
-            pass.definitions = area.keys ? kFetchedListHeads : kEntriesAsKeys;
+            pass.definitions = kDefinitions[static_cast<std::size_t>(area.keys)];
         pass.framebuffer = area.framebuffer ? area.framebuffer : none.name();
         rasterizer.draw(area.in_front ? pass.inFront() : pass, area.window);
         return 1;

@@ -16,7 +16,7 @@
 namespace peeler {
 namespace {
 
-TEST(Gather, SortsByDepthThenDrawOrderAndKeepsTheNearest) {
+TEST(Gather, SortsByDepthThenKeyThenPlaceAndKeepsTheNearest) {
     const unsigned seed = std::random_device{}();
     std::printf("seed %u\n", seed);
     std::mt19937 random(seed);
@@ -33,6 +33,8 @@ TEST(Gather, SortsByDepthThenDrawOrderAndKeepsTheNearest) {
         std::iota(primitive.begin(), primitive.end(), 1U);
         for (std::size_t p = 0; p < window.pixels(); ++p)
             std::shuffle(primitive.begin() + first[p], primitive.begin() + first[p + 1], random);
+        for (std::uint32_t& key : primitive)
+            key /= 4;  // some keys are equal
         for (std::size_t i = 0; i < n; ++i) {
             // Only five different depths, so that many coincide.
             depth[i] = 0.1F + 0.1F * static_cast<float>(random() % 5);
@@ -55,7 +57,7 @@ TEST(Gather, SortsByDepthThenDrawOrderAndKeepsTheNearest) {
             std::vector<std::size_t> order;
             for (std::size_t i = first[p]; i < first[p + 1]; ++i)
                 order.push_back(i);
-            std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+            std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
                 return depth[a] != depth[b] ? depth[a] > depth[b] : primitive[a] < primitive[b];
             });
             if (limit) order.resize(std::min<std::size_t>(order.size(), limit));

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <random>
 
 namespace peeler {
 namespace {
@@ -98,6 +99,44 @@ TEST(Supersampling, AFoldThatOneSampleMissesDoesNotMergeWithWhatIsInFront) {
     EXPECT_EQ(image.z[2], 4.9F);
     EXPECT_FLOAT_EQ(colorOf(image, 0)[3], 0.25F);
     EXPECT_FLOAT_EQ(colorOf(image, 1)[3], 0.25F / (2 - 0.5F) * 1);
+}
+
+TEST(Supersampling, ASampleMayHaveWhatAnotherOneLacks) {
+    const auto image = merged({pixelOfSample({{1, 3, kGlass}}),
+                               pixelOfSample({{1, 3, kGlass}, {2, 3, kGlass}}), pixelOfSample({})});
+    ASSERT_EQ(image.fragments(), 2U);
+    EXPECT_EQ(image.z[1], 2);
+    EXPECT_FLOAT_EQ(colorOf(image, 0)[3], 1 / 3.F);
+}
+
+// A far fragment in one sample makes the samples unlike, but changes nothing in front of it.
+TEST(Supersampling, PixelsWhoseSamplesAreAlikeMergeLikeOthers) {
+    std::mt19937 random(7);
+    const auto below = [&](unsigned end) { return static_cast<float>(random() % end); };
+    for (int pixel = 0; pixel < 2000; ++pixel) {
+        std::vector<std::vector<Fragment>> lists(4);
+        const float spread = below(5);
+        for (int layer = 0; layer < 3; ++layer) {
+            const auto surface = static_cast<std::uint32_t>(random() % 2);
+            for (auto& list : lists)
+                list.push_back({1 + 4 * static_cast<float>(layer) + spread * below(4) / 4,
+                                surface,
+                                {below(4) / 8, 0, 0, below(5) / 4}});
+        }
+        std::vector<LayeredImage> alike, unlike;
+        for (auto& list : lists) {
+            std::ranges::stable_sort(list, {}, &Fragment::z);
+            alike.push_back(pixelOfSample(list));
+            if (unlike.empty()) list.push_back({99, 9, kRed});
+            unlike.push_back(pixelOfSample(list));
+        }
+        const LayeredImage a = merged(alike), b = merged(unlike);
+        ASSERT_EQ(a.fragments() + 1, b.fragments()) << pixel;
+        EXPECT_TRUE(std::equal(a.z.begin(), a.z.end(), b.z.begin())) << pixel;
+        EXPECT_TRUE(
+            std::ranges::equal(a.color.data, std::span(b.color.data).first(a.color.data.size())))
+            << pixel;
+    }
 }
 
 TEST(Supersampling, SurfacesThatCrossKeepTheOrderOfEverySample) {
