@@ -69,10 +69,11 @@ BandBudget::BandBudget(const GlPlan& plan, const PlanMethods& methods, const Ban
         costs_.largest_array_bytes = std::max<std::uint64_t>(
             BandBuffers::fragmentWords(settings.storedColorBytes()) * sizeof(std::uint32_t),
             shadedComponents(settings.channels) * sizeof(float));
-        // All samples, their primitives and the sort buffers stay in memory until the samples are
-        // merged.
+        // Until the samples are merged, all of them stay in memory, with keys. The merged rows also
+        // have an image and an index per fragment, and may take twice the memory while they grow.
         if (plan.mergesLayers()) {
-            costs_.use.fragment += color + channels + 22 * sizeof(float);
+            costs_.use.fragment += color + channels + 3 * sizeof(float);
+            costs_.use.fragment += 2 * (color + 3 * sizeof(float));
             costs_.use.pixel += (plan.positions.size() + 1) * sizeof(std::uint32_t);
         }
         // The composite of one sample, and the composite for the sink.
