@@ -154,7 +154,11 @@ void GlPlanner::report(double from, double to, double share) const {
 /// average all fragments, and layer limits count them.
 void GlPlanner::chooseSurfaces() {
     CaptureSettings& settings = plan_.settings;
-    if (!skipsHidden(settings) || std::ranges::none_of(draws_.draws(), &Draw::opaque)) return;
+    if (std::ranges::none_of(draws_.draws(), &Draw::opaque)) {
+        settings.surfaces = Surfaces::kAll;  // nothing hides anything
+        return renderer_.takeSurfaces();
+    }
+    if (!skipsHidden(settings)) return;
     settings.surfaces = Surfaces::kVisible;
     renderer_.takeSurfaces();
     const PlanMethods& methods = renderer_.methods();
