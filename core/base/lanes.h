@@ -3,7 +3,9 @@
 // like scalars. Code compiled for specific processors is selected at run time.
 #pragma once
 
+#include <bit>
 #include <cstdint>
+#include <cstring>
 
 // Code that is compiled for several processors must be inlined into each variant.
 #define PEELER_INLINE [[gnu::always_inline]] inline
@@ -32,6 +34,27 @@ inline Lanes least(const Lanes& a, const Lanes& b) {
 template <class Lanes>
 inline Lanes most(const Lanes& a, const Lanes& b) {
     return a > b ? a : b;
+}
+
+/// Returns four half-precision numbers as floats, which represent them exactly. Unlike Imath's
+/// function, this one has no branches. (Giesen, "Half to float done quic", 2012)
+inline FourFloats halfsToFloats(const std::uint16_t* halfs) {
+    using FourHalfs = std::uint16_t __attribute__((vector_size(8)));
+    FourHalfs loaded;
+    std::memcpy(&loaded, halfs, sizeof(loaded));
+    const auto bits = __builtin_convertvector(loaded, FourInts);
+    constexpr std::int32_t kOne = 1 << 23, kBias = 112 * kOne;  // of a float's exponent
+    const FourInts magnitude = (bits & 0x7fff) << 13, exponent = magnitude & 31 * kOne;
+    const FourInts normal = magnitude + kBias;
+    // A subnormal number is a normal one without the leading one. Subtracting it also works if the
+    // processor takes subnormal floats for zero.
+    const FourInts least = FourInts{} + (kBias + kOne);
+    const auto subnormal = std::bit_cast<FourInts>(std::bit_cast<FourFloats>(normal + kOne) -
+                                                   std::bit_cast<FourFloats>(least));
+    const FourInts infinite = normal + kBias;  // or not a number
+    FourInts result = exponent == 0 ? subnormal : normal;
+    result = exponent == 31 * kOne ? infinite : result;
+    return std::bit_cast<FourFloats>(result | (bits & 0x8000) << 16);
 }
 
 inline FourFloats toFloats(const TwoDoubles& first, const TwoDoubles& second) {

@@ -8,8 +8,6 @@
 #include <string>
 #include <utility>
 
-#define IMATH_HALF_NO_LOOKUP_TABLE
-#include <Imath/half.h>
 #include <peeler/error.h>
 #include "core/base/parallel.h"
 #include "core/base/resize_anew.h"
@@ -17,6 +15,7 @@
 #include "core/fragments/supersampling.h"
 #include "core/image/channels.h"
 #include "core/image/composite.h"
+#include "core/image/stored_colors.h"
 #include "shaders/interface.glsl"
 
 namespace peeler {
@@ -30,18 +29,6 @@ Window rowsRead(const Window& rows) {
     const auto width = static_cast<std::uint64_t>(rows.width());
     const auto height = static_cast<int>(std::max<std::uint64_t>(kPixelsRead / width, 1));
     return {rows.x0, rows.y0, rows.x1, std::min(rows.y0 + height, rows.y1)};
-}
-
-std::array<float, 4> loadColor(const std::byte* stored, PixelType type) {
-    std::array<float, 4> color;
-    if (type == PixelType::kFloat) {
-        std::memcpy(color.data(), stored, sizeof color);
-    } else {
-        std::array<std::uint16_t, 4> halfs;
-        std::memcpy(halfs.data(), stored, sizeof halfs);
-        std::ranges::transform(halfs, color.begin(), imath_half_to_float);
-    }
-    return color;
 }
 
 }  // namespace
@@ -272,13 +259,10 @@ void SampleComposite::shadePlaces(const Rows& rows) {
             });
         }
     });
-    resizeAnew(colors_, hits_.size() * colorBytes());
-    shader_.shade(hits_, colors_, colorBytes(), &target_.positions());
-}
-
-/// Returns the bytes of an opaque colour: RGBA.
-std::size_t SampleComposite::colorBytes() const {
-    return 4 * pixelTypeSize(pass_context_.settings.color_type);
+    colors_.channels = colorNames(false);
+    colors_.type = pass_context_.settings.color_type;
+    resizeAnew(colors_.data, hits_.size() * colors_.stride());
+    shader_.shade(hits_, colors_.data, colors_.stride(), &target_.positions());
 }
 
 /// Sets `mean_` to the mean of the opaque samples, and `counts_` to their number.
@@ -291,8 +275,7 @@ void SampleComposite::averagePlaces(const Rows& rows) {
     parallelFor(rows.height(), [&](std::size_t row) {
         for (std::size_t i = rows.firstPlace(row); i < rows.firstPlace(row + 1); ++i) {
             const auto& [pixel, samples] = places_[i];
-            const auto color =
-                loadColor(colors_.data() + i * colorBytes(), pass_context_.settings.color_type);
+            const auto color = loadColor<std::array<float, 4>>(colors_, i);
             const float weight = kWeight * static_cast<float>(std::popcount(samples));
             for (std::size_t c = 0; c < 4; ++c)
                 mean_.rgba[pixel][c] += weight * color[c];
@@ -348,7 +331,7 @@ void SampleComposite::addLists(const Rows& rows) {
             const std::size_t to = kWords * (up * width + place.pixel % width);
             std::memcpy(&behind_[to], &rows.depths[place.pixel], sizeof(float));
             std::memcpy(&behind_[floats ? kWords * window.pixels() + to : to + 2],
-                        colors_.data() + i * colorBytes(), colorBytes());
+                        colors_.data.data() + i * colors_.stride(), colors_.stride());
         }
         const std::size_t top = kWords * (window.pixels() - width);
         OpaqueFragments behind{.fragments = behind_.data() + top};

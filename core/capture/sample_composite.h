@@ -65,7 +65,6 @@ class SampleComposite {
     void averagePlaces(const Rows& rows);
     void addLists(const Rows& rows);
     std::size_t fragmentWords() const;
-    std::size_t colorBytes() const;
 
     const gl::Context& context_;
     PosedScene posed_;
@@ -82,8 +81,8 @@ class SampleComposite {
     std::vector<std::uint32_t> first_;     ///< start of each list, then the end; empty = no lists
     // Of some rows:
     std::vector<PixelPlace> places_;
-    std::vector<ShadedHit> hits_;    ///< of places_
-    std::vector<std::byte> colors_;  ///< of hits_
+    std::vector<ShadedHit> hits_;  ///< of places_
+    FragmentArray colors_;         ///< of hits_
     std::vector<std::uint32_t> behind_;
     std::vector<std::uint32_t> counts_;
     CompositeImage mean_, sample_, listed_;

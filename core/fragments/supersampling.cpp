@@ -10,24 +10,16 @@
 
 #include "core/base/parallel.h"
 #include "core/image/composite.h"
+#include "core/image/stored_colors.h"
 
 namespace peeler {
 namespace {
-
-using MergedColor = std::array<double, kTintedComponents>;
 
 double radicalInverse(unsigned index) {
     double value = 0, digit = 0.5;
     for (; index; index /= 2, digit /= 2)
         value += digit * (index % 2);
     return value;
-}
-
-TintedColor floatsOf(const MergedColor& color) {
-    TintedColor result;
-    for (std::size_t c = 0; c < result.size(); ++c)
-        result[c] = static_cast<float>(color[c]);
-    return result;
 }
 
 /// One fragment of one sample of the current pixel.
@@ -63,7 +55,10 @@ class RowMerger {
         members_.clear();
         if (!groupAlike()) groupByDepth();
         row.counts.push_back(static_cast<std::uint32_t>(groups_.size()));
-        composite(row);
+        if (samples_.front().tinted())
+            composite<TintedColor>(row);
+        else
+            composite<std::array<float, 4>>(row);
     }
 
   private:
@@ -86,6 +81,7 @@ class RowMerger {
         return std::span(members_).subspan(group * samples_.size(), samples_.size());
     }
     bool fits(std::size_t group, const Entry& entry);
+    template <class C>
     void composite(MergedRow& row);
 
     std::span<const LayeredImage> samples_;
@@ -95,7 +91,7 @@ class RowMerger {
     std::vector<Group> groups_;
     std::vector<std::uint32_t> members_;
     std::vector<int> last_group_;                 // latest group of each sample
-    std::vector<std::array<double, 3>> through_;  // transmittance of each sample, per channel
+    std::vector<std::array<double, 4>> through_;  // transmittance of each sample, by opacity
 };
 
 /// Sets the entries of a pixel: sample after sample, each from front to back.
@@ -198,40 +194,49 @@ void RowMerger::groupByDepth() {
     }
 }
 
+/// `C`: the colours of the samples, plain or with coloured opacity.
+template <class C>
 void RowMerger::composite(MergedRow& row) {
     constexpr double kNothing = 1e-9;
-    std::fill(through_.begin(), through_.end(), std::array<double, 3>{1, 1, 1});
+    constexpr std::size_t kSize = std::tuple_size_v<C>, kOpacities = kSize == 4 ? 1 : 3;
+    // The opacity of a number, and the number of an opacity. The mean of the coloured ones is set
+    // at last.
+    constexpr auto opacityOf = [](std::size_t i) { return kOpacities == 1 ? 0 : i % 4; };
+    constexpr auto numberOf = [](std::size_t opacity) { return opacity + kSize - kOpacities; };
+    std::fill(through_.begin(), through_.end(), std::array<double, 4>{1, 1, 1, 1});
     const auto samples = static_cast<double>(samples_.size());
     for (std::size_t group = 0; group < groups_.size(); ++group) {
-        std::array<double, 3> all_through{};
+        std::array<double, 4> all_through{};
         for (const auto& through : through_)
-            for (std::size_t c = 0; c < 3; ++c)
-                all_through[c] += through[c];
-        MergedColor seen{}, plain{};
+            for (std::size_t o = 0; o < kOpacities; ++o)
+                all_through[o] += through[o];
+        std::array<double, kSize> seen{}, plain{};
         const std::span<const std::uint32_t> members = membersOf(group);
         for (std::size_t s = 0; s < samples_.size(); ++s) {
             if (members[s] == kNoFragment) continue;
-            const TintedColor color = tintedColorOf(samples_[s], entries_[members[s]].fragment);
-            for (std::size_t c = 0; c < 3; ++c) {
-                for (const std::size_t i : {c, 4 + c}) {
-                    seen[i] += through_[s][c] * static_cast<double>(color[i]);
-                    plain[i] += static_cast<double>(color[i]);
-                }
-                through_[s][c] *= 1 - static_cast<double>(color[4 + c]);
+            const C color = loadColor<C>(samples_[s].color, entries_[members[s]].fragment);
+            std::array<double, 4>& through = through_[s];
+            for (std::size_t i = 0; i < kSize; ++i) {
+                seen[i] += through[opacityOf(i)] * static_cast<double>(color[i]);
+                plain[i] += static_cast<double>(color[i]);
             }
+            for (std::size_t o = 0; o < kOpacities; ++o)
+                through[o] *= 1 - static_cast<double>(color[numberOf(o)]);
         }
-        MergedColor merged{};
-        for (std::size_t c = 0; c < 3; ++c) {
-            const bool hidden = all_through[c] < kNothing;
-            for (const std::size_t i : {c, 4 + c})
-                merged[i] = hidden ? plain[i] / samples : seen[i] / all_through[c];
+        std::array<double, kSize> merged;
+        for (std::size_t i = 0; i < kSize; ++i) {
+            const double all = all_through[opacityOf(i)];
+            merged[i] = all < kNothing ? plain[i] / samples : seen[i] / all;
         }
-        merged[3] = meanOpacity(merged[4], merged[5], merged[6]);
+        if constexpr (kOpacities == 3) merged[3] = meanOpacity(merged[4], merged[5], merged[6]);
         const Entry& nearest = entries_[groups_[group].nearest];
         row.z.push_back(nearest.z);
         row.nearest.emplace_back(nearest.sample, nearest.fragment);
         row.color.data.resize(row.z.size() * row.color.stride());
-        storeColor(floatsOf(merged), row.color, row.z.size() - 1);
+        TintedColor stored{};  // of which plain colours take the first numbers
+        std::ranges::transform(merged, stored.begin(),
+                               [](double number) { return static_cast<float>(number); });
+        storeColor(stored, row.color, row.z.size() - 1);
     }
 }
 

@@ -10,12 +10,15 @@
 #include <Imath/half.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <concepts>
 #include <limits>
 #include <utility>
 
 #include "core/base/color.h"
 #include "core/base/parallel.h"
+#include "core/image/stored_colors.h"
 
 namespace peeler::inline v0 {
 
@@ -77,33 +80,28 @@ TintedColor over(const TintedColor& a, const TintedColor& b) {
 
 namespace {
 
-/// Return a colour loaded from consecutive components. `C` is Color or TintedColor.
-template <class C>
-C load(const float* components) {
-    C color;
-    std::copy_n(components, color.size(), color.begin());
-    return color;
-}
-template <class C>
-C load(const std::uint16_t* halfs) {
-    C color;
-    std::transform(halfs, halfs + color.size(), color.begin(), imath_half_to_float);
-    return color;
-}
-
 template <class C, class T>
 C overInOrder(const T* colors, std::size_t count) {
     C sum{};
     for (std::size_t f = 0; f < count; ++f)
-        sum = addBehind(sum, load<C>(colors + sum.size() * f));
+        sum = addBehind(sum, loadColor<C>(colors + sum.size() * f));
     return sum;
+}
+
+/// The same for plain colours, whose four numbers are added at once.
+template <class C, class T>
+requires std::same_as<C, Color> C overInOrder(const T* colors, std::size_t count) {
+    FourFloats sum{};
+    for (std::size_t f = 0; f < count; ++f)
+        sum += (1.0F - sum[3]) * loadFour(colors + 4 * f);
+    return std::bit_cast<Color>(sum);
 }
 
 template <class C, class T>
 C sumOf(const T* colors, std::size_t count) {
     C sum{};
     for (std::size_t f = 0; f < count; ++f) {
-        const C color = load<C>(colors + sum.size() * f);
+        const C color = loadColor<C>(colors + sum.size() * f);
         for (std::size_t c = 0; c < color.size(); ++c)
             sum[c] += color[c];
     }
@@ -232,18 +230,13 @@ void compositeOver(const LayeredImage& image, const Color& background, Composite
 }
 
 Color colorOf(const LayeredImage& image, std::size_t fragment) {
-    const std::size_t first = image.color.components() * fragment;
-    return image.color.type == PixelType::kFloat
-               ? load<Color>(image.color.as<float>().data() + first)
-               : load<Color>(image.color.as<std::uint16_t>().data() + first);
+    if (image.tinted()) return untinted(loadColor<TintedColor>(image.color, fragment));
+    return loadColor<Color>(image.color, fragment);
 }
 
 TintedColor tintedColorOf(const LayeredImage& image, std::size_t fragment) {
-    if (!image.tinted()) return tinted(colorOf(image, fragment));
-    const std::size_t first = kTintedComponents * fragment;
-    return image.color.type == PixelType::kFloat
-               ? load<TintedColor>(image.color.as<float>().data() + first)
-               : load<TintedColor>(image.color.as<std::uint16_t>().data() + first);
+    if (image.tinted()) return loadColor<TintedColor>(image.color, fragment);
+    return tinted(loadColor<Color>(image.color, fragment));
 }
 
 }  // namespace peeler::inline v0
