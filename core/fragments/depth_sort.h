@@ -36,9 +36,9 @@ struct OpaqueFragments {
     static constexpr std::size_t kWords = 4;
 };
 
-/// Sorts every pixel's list by (depth, key, place in the list), keeps the nearest `max_layers` (0 = all),
-/// converts buffer depth to camera Z and writes the result to `out`. The window, colour channels
-/// and type of `out` must be set. Reuses the storage of `out` and leaves its extra arrays
+/// Sorts every pixel's list by (depth, key, place in the list), keeps the nearest `max_layers` (0 =
+/// all), converts buffer depth to camera Z and writes the result to `out`. The window, colour
+/// channels and type of `out` must be set. Reuses the storage of `out` and leaves its extra arrays
 /// unchanged. `sources`, if given, receives one index for each fragment of `out`: the fragment's
 /// index in the captured arrays. Rows are processed in parallel; the result does not depend on
 /// their order.
