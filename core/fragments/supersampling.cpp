@@ -89,7 +89,7 @@ class RowMerger {
     std::vector<Entry> entries_;
     std::vector<std::uint32_t> begin_;  // first entry of each sample, then the end
     std::vector<Group> groups_;
-    std::vector<std::uint32_t> members_;
+    std::vector<std::uint32_t> members_;          // membersOf() each group
     std::vector<int> last_group_;                 // latest group of each sample
     std::vector<std::array<double, 4>> through_;  // transmittance of each sample, by opacity
 };
@@ -199,8 +199,8 @@ template <class C>
 void RowMerger::composite(MergedRow& row) {
     constexpr double kNothing = 1e-9;
     constexpr std::size_t kSize = std::tuple_size_v<C>, kOpacities = kSize == 4 ? 1 : 3;
-    // The opacity of a number, and the number of an opacity. The mean of the coloured ones is set
-    // at last.
+    // Numbers are R, G, B, and A or A, AR, AG, AB. opacityOf() returns the index of the opacity
+    // that applies to a number, and numberOf() returns the number that is an opacity.
     constexpr auto opacityOf = [](std::size_t i) { return kOpacities == 1 ? 0 : i % 4; };
     constexpr auto numberOf = [](std::size_t opacity) { return opacity + kSize - kOpacities; };
     std::fill(through_.begin(), through_.end(), std::array<double, 4>{1, 1, 1, 1});
