@@ -170,9 +170,6 @@ void Masks::checkOptions() {
     if (options_.no_mkdir) checkFolderIsThere(options_.output, options_.output);
     checkFolder(options_.output / "objects.json");
     checkReport(options_.report, {options_.scene.file});
-    if (options_.views.cameras_out)
-        refuse("the folder already contains the cameras: scene_camera.json", "--cameras-out",
-               "leave it out");
     checkClipOptions(options_.clip);
     job_.checkOptions();
 }

@@ -170,19 +170,19 @@ void addViewOptions(VerbOptions& verb, ViewListOptions& options) {
     verb.addFlag("--clockwise", options.clockwise,
                  "move the cameras clockwise seen from above (default: the other way, +Z to +X)")
         .group(kViewsGroup);
-    addFile(verb, "--cameras-out", "FILE", options.cameras_out,
-            "write the cameras: transforms.json, scene_camera.json (BOP), or a folder (COLMAP "
-            "model, with points of the layers)")
-        .group(kViewsGroup);
 }
 
-void addFirstViewOption(VerbOptions& verb, ViewListOptions& options) {
+void addViewFileOptions(VerbOptions& verb, ViewListOptions& options) {
     constexpr std::int64_t kMost = 1000000000;
     addValue(
         verb, "--first-view", "N", options.first,
         [](const std::string& text) { return static_cast<int>(parseInteger(text, 0, kMost)); },
         "number of the first view in file names and results; the next views count up from it "
         "(default: 0)")
+        .group(kViewsGroup);
+    addFile(verb, "--cameras-out", "FILE", options.cameras_out,
+            "write the cameras: transforms.json, scene_camera.json (BOP), or a folder (COLMAP "
+            "model, with points of the layers)")
         .group(kViewsGroup);
 }
 

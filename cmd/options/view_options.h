@@ -51,11 +51,11 @@ struct ViewListOptions {
     bool turns() const { return around == Around::kOrbit || around == Around::kTurntable; }
 };
 
-/// Declares the options in ViewListOptions. `options` must outlive the parse.
+/// Declares the options in ViewListOptions, except the two below. `options` must outlive the parse.
 void addViewOptions(VerbOptions& verb, ViewListOptions& options);
 
-/// Declares --first-view, for verbs whose file names have the view's number.
-void addFirstViewOption(VerbOptions& verb, ViewListOptions& options);
+/// Declares --first-view and --cameras-out, for a verb whose views have files of their own.
+void addViewFileOptions(VerbOptions& verb, ViewListOptions& options);
 
 /// The views of a run: from a file, around the scene, or the single view of the camera options.
 class ViewList {

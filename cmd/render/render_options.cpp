@@ -97,7 +97,7 @@ void addRenderOptions(VerbOptions& verb, RenderOptions& options) {
     addLensOptions(verb, options.lens);
     addViewOptions(verb, options.views);
     options.views.lenses = true;
-    addFirstViewOption(verb, options.views);
+    addViewFileOptions(verb, options.views);
     addLayerOptions(verb, options.capture);
     addValue(
         verb, "--splat-blending", "NAME", options.splat_blending,

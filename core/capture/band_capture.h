@@ -130,6 +130,8 @@ class BandCapture {
     /// Composites the mean of all samples by SampleComposite. Returns and throws like
     /// compositeVisible().
     int compositeSamples(const Window& band, const BandLimits& limits, const TakeVisible& take);
+    /// Counts the fragments that compositeSamples() shows (SampleComposite::count()).
+    void countVisibleSamples(const Window& band, const TakeCounts& take);
 
     // Defined in band_capture.cpp.
 
@@ -249,6 +251,7 @@ class BandCapture {
     /// Counts, for every pixel of `area`, the transparent fragments in front of the opaque
     /// fragment. Overwrites `counts`.
     void countInFront(const Window& tile, const Window& area, std::vector<std::uint32_t>& counts);
+    SampleComposite& sampleComposite();
     /// Composites some rows of a tile and passes them to `take`. `captured` holds the fragments in
     /// front of the opaque ones.
     void takeVisible(const Window& tile, const Window& rows, const CapturedFragments& captured,

@@ -168,6 +168,11 @@ void BandRenderer::renderOverlapping(std::span<const Window> bands, const TakeBa
     }
 }
 
+void BandRenderer::countVisible(const Window& band, const TakeCounts& visible) {
+    const Window seen = intersect(band, plan_->drawn);
+    if (!seen.empty()) capture_.countVisibleSamples(seen, visible);
+}
+
 /// Renders only the window that can contain fragments, since pictures often have empty margins.
 void BandRenderer::renderVisible(const Window& band, const BandLimits& limits, const TakeBand& take,
                                  const TakeCounts& visible) {

@@ -24,8 +24,6 @@ namespace peeler {
 
 /// A callback that passes a band, or some of its rows, to the sinks.
 using TakeBand = std::function<void(LayeredImage&)>;
-/// A callback that receives the number of visible fragments of each pixel of some rows.
-using TakeCounts = std::function<void(const Window& rows, std::span<const std::uint32_t> counts)>;
 
 /// A renderer of bands. Owns the uploaded scene, its lights, and the bands' buffers. Adds to the
 /// times of the stages "count", "capture", "sort", "composite" and "upload".
@@ -75,6 +73,8 @@ class BandRenderer {
     /// Renders a band of a plan with `opaque_first`, without fragments behind opaque surfaces.
     void renderVisible(const Window& band, const BandLimits& limits, const TakeBand& take,
                        const TakeCounts& visible);
+    /// Counts what renderVisible() finds in a band of a plan with `shades_pixels`, without shading.
+    void countVisible(const Window& band, const TakeCounts& visible);
     /// Captures all samples of a band and merges them.
     void renderMerged(const Window& band, LayeredImage& out);
 

@@ -137,7 +137,7 @@ void GlPlanner::count() {
     chooseSurfaces();
     checkShadePer();
     if (progress_) plan_.share = plan_.mergesLayers() ? kMergeShare : kCountShare;
-    if (!compositeSamples()) {
+    if (!countVisible()) {
         countSamples();
         countMerged();
     }
@@ -199,16 +199,16 @@ void GlPlanner::checkShadePer() const {
                 Parameter::kShadePer + " pixel", "leave it out");
 }
 
-/// Composites all samples and returns true if there is room to keep the composites. Counting the
-/// visible fragments alone would take nearly as long as compositing them.
-bool GlPlanner::compositeSamples() {
+/// Counts the visible fragments of composites. Also keeps the composites if there is room, because
+/// counting alone takes nearly as long. Returns false if there is no room and countSamples() finds
+/// the same fragments: those of shaded samples.
+bool GlPlanner::countVisible() {
     const Window& crop = plan_.view.crop;
     const std::uint64_t composite_bytes = CompositeImage::pixelBytes(plan_.settings.tinted);
-    if (!plan_.opaque_first ||
-        !plan_.fitsKept(crop.pixels() * (composite_bytes + sizeof(std::uint32_t))))
-        return false;
+    const bool keeps = plan_.fitsKept(crop.pixels() * (composite_bytes + sizeof(std::uint32_t)));
+    if (!plan_.opaque_first || (!keeps && !plan_.shades_pixels)) return false;
     plan_.counted.emplace(crop);
-    if (progress_) plan_.share = kCompositeShare;
+    if (progress_ && keeps) plan_.share = kCompositeShare;
     const auto count_visible = [&](const Window& rows, std::span<const std::uint32_t> counts) {
         const auto width = static_cast<std::size_t>(rows.width());
         for (int y = rows.y0; y < rows.y1; ++y) {
@@ -221,9 +221,11 @@ bool GlPlanner::compositeSamples() {
     const BandBudget budget = renderer_.budget();
     const BandLimits limits = budget.limits();
     for (const Window& band : budget.cut(limits)) {
-        renderer_.renderVisible(
-            band, limits, [&](LayeredImage& rows) { plan_.kept_bands.push_back(std::move(rows)); },
-            count_visible);
+        const auto keep = [&](LayeredImage& rows) { plan_.kept_bands.push_back(std::move(rows)); };
+        if (keeps)
+            renderer_.renderVisible(band, limits, keep, count_visible);
+        else
+            renderer_.countVisible(band, count_visible);
         plan_.kept_passes = std::max(plan_.kept_passes, renderer_.takePasses());
         report(0, 1, static_cast<double>(band.y1 - crop.y0) / crop.height());
     }
@@ -254,6 +256,16 @@ void GlPlanner::countClip() {
     plan_.clip_rows = std::move(most_of);
 }
 
+/// Makes room for the counts of all views if they are worth keeping.
+void GlPlanner::keepCounts(const BandCosts& costs) {
+    const std::uint64_t views = plan_.positions.size(), counts = views * plan_.view.crop.pixels();
+    const std::uint64_t bytes = counts * sizeof(std::uint32_t);
+    const MemoryBudget& memory = plan_.settings.memory;
+    if (plan_.opaque_first || !plan_.fitsKept(bytes)) return;
+    if (views > 1 && !hasRoom(memory, usedBytes(memory) + bytes, costs)) return;
+    plan_.kept_counts.resize(counts);
+}
+
 /// Runs the count pass of every view.
 void GlPlanner::countSamples() {
     const Window& crop = plan_.view.crop;
@@ -261,10 +273,8 @@ void GlPlanner::countSamples() {
     plan_.counted.emplace(crop);
     renderer_.freeBands();
     countClip();
-    const std::uint64_t all_pixels = plan_.positions.size() * crop.pixels();
-    if (plan_.fitsKept(all_pixels * sizeof(std::uint32_t))) plan_.kept_counts.resize(all_pixels);
-
     BandBudget counting = renderer_.budget();
+    keepCounts(counting.costs());
     counting.costs().use.pixel = 2 * sizeof(std::uint32_t);
     if (!plan_.clip_rows.empty()) counting.costs().use.pixel += 3 * sizeof(std::uint32_t);
     const BandLimits limits = counting.limits();

@@ -50,8 +50,9 @@ class GlPlanner {
     void chooseSurfaces();
     bool shadesPixels() const;
     void checkShadePer() const;
-    bool compositeSamples();
+    bool countVisible();
     void countClip();
+    void keepCounts(const BandCosts& costs);
     void countSamples();
     void countMerged();
     void limitLayers();

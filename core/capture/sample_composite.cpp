@@ -189,24 +189,51 @@ int SampleComposite::composite(const Window& tile, const Window& area, const Ban
     return passes + lists;
 }
 
+void SampleComposite::count(const Window& tile, const Window& area, const TakeCounts& take) {
+    rasterizer_.setBand(area);
+    rasterizer_.setTile(tile);
+    captureOpaque(tile, area);
+    if (blends_) countInFront(area);
+    std::vector<std::uint32_t> counts;
+    for (Window rows = rowsRead(area); !rows.empty();
+         rows = rowsRead({area.x0, rows.y1, area.x1, area.y1})) {
+        readSamples(rows);
+        const StageTimer timer(times_, "count");
+        const auto keys = keys_.read(rows.pixels() * sizeof(SampleKeys));
+        const auto above =
+            static_cast<std::size_t>(rows.y0 - area.y0) * static_cast<std::size_t>(area.width());
+        for (std::size_t sample = 0; sample < kPixelSamples; ++sample) {
+            counts.assign(rows.pixels(), 0);
+            if (blends_)
+                std::copy_n(&in_front_[sample * area.pixels() + above], counts.size(),
+                            counts.begin());
+            for (std::size_t pixel = 0; pixel < counts.size(); ++pixel)
+                counts[pixel] += keys.as<const SampleKeys>()[pixel][sample] != 0 ? 1 : 0;
+            take(rows, counts);
+        }
+    }
+}
+
+/// Reads the samples of `rows` into `keys_` and `depths_`.
+void SampleComposite::readSamples(const Window& rows) {
+    const StageTimer timer(times_, "capture");
+    gl::reserve(gl(), keys_, rows.pixels() * sizeof(SampleKeys));
+    gl::reserve(gl(), depths_, rows.pixels() * sizeof(float));
+    keys_.bindStorage(PEELER_SAMPLE_KEYS);
+    depths_.bindStorage(PEELER_SAMPLE_DEPTHS);
+    target_.bindForReading(gl());
+    rasterizer_.compute("sample_keys.comp", "", rows);
+    gl::waitForGpu(gl());
+    gl::checkErrors(gl(), "reading samples");
+}
+
 /// Reads the samples of `rows`, and composites as many rows at once as have kAtOnce places.
 void SampleComposite::readRows(const Window& rows, const Window& part, const TakeVisible& take) {
     const auto width = static_cast<std::size_t>(rows.width());
     const auto height = static_cast<std::size_t>(rows.height());
-    const std::size_t key_bytes = rows.pixels() * sizeof(SampleKeys);
-    const std::size_t depth_bytes = rows.pixels() * sizeof(float);
-    {
-        const StageTimer timer(times_, "capture");
-        gl::reserve(gl(), keys_, key_bytes);
-        gl::reserve(gl(), depths_, depth_bytes);
-        keys_.bindStorage(PEELER_SAMPLE_KEYS);
-        depths_.bindStorage(PEELER_SAMPLE_DEPTHS);
-        target_.bindForReading(gl());
-        rasterizer_.compute("sample_keys.comp", "", rows);
-        gl::waitForGpu(gl());
-        gl::checkErrors(gl(), "reading samples");
-    }
-    const auto keys = keys_.read(key_bytes), depths = depths_.read(depth_bytes);
+    readSamples(rows);
+    const auto keys = keys_.read(rows.pixels() * sizeof(SampleKeys));
+    const auto depths = depths_.read(rows.pixels() * sizeof(float));
     const auto* const key = keys.as<const SampleKeys>();
     std::vector<std::size_t> places(height + 1);
     parallelFor(height, [&](std::size_t row) {

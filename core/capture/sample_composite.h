@@ -28,6 +28,8 @@ namespace peeler {
 /// A callback that receives some rows of a composite, and each pixel's number of visible fragments.
 /// With several samples, the numbers of the first sample come first.
 using TakeVisible = std::function<void(const CompositeImage&, std::span<const std::uint32_t>)>;
+/// A callback that receives the number of visible fragments of each pixel of some rows.
+using TakeCounts = std::function<void(const Window& rows, std::span<const std::uint32_t> counts)>;
 
 /// The mean of kPixelSamples composites per pixel, without hidden fragments. Multisampling finds
 /// the nearest opaque triangle of every sample. Each triangle of a pixel is shaded at the centroid
@@ -49,6 +51,10 @@ class SampleComposite {
     int composite(const Window& tile, const Window& area, const BandLimits& limits,
                   const TakeVisible& take);
 
+    /// Counts the fragments of every sample that composite() shows, without shading them. Passes
+    /// the samples on one after another.
+    void count(const Window& tile, const Window& area, const TakeCounts& take);
+
     /// Frees the target and the rows.
     void free();
 
@@ -59,6 +65,7 @@ class SampleComposite {
     void drawIntoLists(GeometryPass pass, const Window& part);
     void countInFront(const Window& area);
     void listInFront(const Window& part, const Window& area);
+    void readSamples(const Window& rows);
     void readRows(const Window& rows, const Window& part, const TakeVisible& take);
     void takeRows(const Rows& rows, const TakeVisible& take);
     void shadePlaces(const Rows& rows);

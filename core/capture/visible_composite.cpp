@@ -178,17 +178,28 @@ bool BandCapture::takesSamples(std::span<const glm::dvec2> positions) const {
            SampleTarget::supported(gl(), positions);
 }
 
-int BandCapture::compositeSamples(const Window& band, const BandLimits& limits,
-                                  const TakeVisible& take) {
+SampleComposite& BandCapture::sampleComposite() {
     if (!gl_->samples)
         gl_->samples.emplace(gl_->context, *posed_, gl_->rasterizer, gl_->buffers, pass_context_,
                              times_);
+    return *gl_->samples;
+}
+
+int BandCapture::compositeSamples(const Window& band, const BandLimits& limits,
+                                  const TakeVisible& take) {
     const auto gpu = gl_->timer.span("gpuCapture");
     int passes = 0;
     forEachTile(band, [&](const Window& tile, const Window& area) {
-        passes += gl_->samples->composite(tile, area, limits, take);
+        passes += sampleComposite().composite(tile, area, limits, take);
     });
     return passes;
+}
+
+void BandCapture::countVisibleSamples(const Window& band, const TakeCounts& take) {
+    const auto gpu = gl_->timer.span("gpuCount");
+    forEachTile(band, [&](const Window& tile, const Window& area) {
+        sampleComposite().count(tile, area, take);
+    });
 }
 
 }  // namespace peeler

@@ -305,6 +305,7 @@ TEST_P(RaysCli, RefusesRaysThatCannotBe) {
     expectRefused({"--hemisphere", "--axes"}, 2, "--hemisphere");
     expectRefused({"--axes", "--resolution", "5", "--spacing", "1"}, 2, "--spacing");
     expectRefused({"--axes", "--camera", "0"}, 2, "--camera");
+    expectRefused({"--views", "2", "--cameras-out", "cameras.json"}, 2, "--cameras-out");
     expectRefused({"--axes", "--spacing", "1e-9"}, 2, "2^30");
     expectRefused({"--axes", "--size", "8"}, 2, "--size");
     expectRefused({"--voxels", "8", "--faces", "front"}, 2, "--faces");

@@ -8,6 +8,7 @@
 
 #include <peeler/composite.h>
 #include <peeler/error.h>
+#include "core/base/process_memory.h"
 #include "core/capture/sample_target.h"
 #include "core/fragments/supersampling.h"
 #include "support/capture.h"
@@ -153,6 +154,20 @@ TEST(ShadePerPixel, IsTheSameInBandsAndCrops) {
             EXPECT_EQ(part.rgba[static_cast<std::size_t>((y - 7) * 58 + x - 13)],
                       whole.rgba[static_cast<std::size_t>(y * 97 + x)])
                 << x << ' ' << y;
+}
+
+TEST(ShadePerPixel, IsTheSameWithoutRoomToKeepComposites) {
+    if (!supported()) GTEST_SKIP() << "the driver has other sample positions";
+    const SceneBuilder builder = flatColors();
+    const View view = testView(2000, 1500);
+    CaptureSettings settings = fourSamples(ShadePer::kPixel);
+    const Captured kept = capture(builder.scene(), view, settings);
+    settings.memory = MemoryBudget(std::uint64_t{400} << 20);
+    settings.memory.base = residentBytes();
+    const Captured counted = capture(builder.scene(), view, settings);
+    EXPECT_GT(counted.bands.size(), 1U);
+    EXPECT_EQ(kept.plan.fragments_counted, counted.plan.fragments_counted);
+    EXPECT_EQ(largestDifference(flat(kept.image), flat(counted.image)), 0);
 }
 
 /// Returns an opaque triangle whose colour changes along its edges.
