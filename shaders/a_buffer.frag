@@ -16,7 +16,7 @@ void main() {
     // Fetched list heads (GL_EXT_shader_framebuffer_fetch) give out entries in draw order. So
     // entries order coincident fragments in the same way as primitive indices. Avoiding
     // gl_PrimitiveID saves time: with it, llvmpipe would duplicate the vertices that triangles
-    // share.
+    // share. With first keys, depthSort() keeps the order of entries.
 #ifdef ENTRIES_AS_KEYS
     key.primitive = entry;
 #elif defined(FIRST_KEYS)

@@ -48,12 +48,12 @@ inline FourFloats halfsToFloats(const std::uint16_t* halfs) {
     const FourInts normal = magnitude + kBias;
     // A subnormal number is a normal one without the leading one. Subtracting it also works if the
     // processor takes subnormal floats for zero.
-    const FourInts least = FourInts{} + (kBias + kOne);
+    const FourInts least_normal = FourInts{} + (kBias + kOne);
     const auto subnormal = std::bit_cast<FourInts>(std::bit_cast<FourFloats>(normal + kOne) -
-                                                   std::bit_cast<FourFloats>(least));
-    const FourInts infinite = normal + kBias;  // or not a number
+                                                   std::bit_cast<FourFloats>(least_normal));
+    const FourInts not_finite = normal + kBias;
     FourInts result = exponent == 0 ? subnormal : normal;
-    result = exponent == 31 * kOne ? infinite : result;
+    result = exponent == 31 * kOne ? not_finite : result;
     return std::bit_cast<FourFloats>(result | (bits & 0x8000) << 16);
 }
 

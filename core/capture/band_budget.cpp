@@ -69,8 +69,9 @@ BandBudget::BandBudget(const GlPlan& plan, const PlanMethods& methods, const Ban
         costs_.largest_array_bytes = std::max<std::uint64_t>(
             BandBuffers::fragmentWords(settings.storedColorBytes()) * sizeof(std::uint32_t),
             shadedComponents(settings.channels) * sizeof(float));
-        // Until the samples are merged, all of them stay in memory, with keys. The merged rows also
-        // have an image and an index per fragment, and may take twice the memory while they grow.
+        // Until the samples are merged, all of them stay in memory, with Z, keys, and the sorted
+        // order of one sample. Merged rows have colour, Z, and the image and index of a fragment,
+        // and may take twice the memory while they grow.
         if (plan.mergesLayers()) {
             costs_.use.fragment += color + channels + 3 * sizeof(float);
             costs_.use.fragment += 2 * (color + 3 * sizeof(float));

@@ -39,8 +39,8 @@ struct BandRequest {
     Window band;
     std::span<const std::uint32_t> counts;  ///< number of fragments in each pixel, from count()
     std::uint32_t layers = 0;               ///< number of nearest layers to keep; 0 = all
-    /// The keys that layers() outputs as the first extra array; none for kOrder. Hits always have
-    /// the keys of primitives, and so have fragments with channels, if they have keys.
+    /// The keys that layers() outputs as the first extra array; none if kOrder. With channels, they
+    /// are those of primitives. Hits always have the keys of primitives.
     StoredKeys keys = StoredKeys::kOrder;
     /// Whether to capture only the transparent fragments in front of the OpaqueTarget's fragments.
     bool in_front = false;

@@ -50,7 +50,7 @@ int BandCapture::captureHiding(LayerMethod& method, const Window& band) {
     LayeredImage& surfaces = parts.layers.front();
     countSurfaces(band, parts.surface_counts);
     parts.passes = surfaceLayers(
-        method, {.band = band, .counts = parts.surface_counts, .keys = StoredKeys::kPrimitive},
+        method, {.band = band, .counts = parts.surface_counts, .keys = StoredKeys::kSurface},
         surfaces);
     parts.hidden_from = parts.shown.nearestOpaque(surfaces);
     parts.shown.keep(pass_context_.shown, false, surfaces);
@@ -81,7 +81,7 @@ int BandCapture::layersWithSplats(LayerMethod& method, const BandRequest& reques
         for (std::size_t pixel = 0; pixel < counts.size(); ++pixel)
             parts.surface_counts[pixel] -= counts[pixel];
         passes = surfaceLayers(
-            method, {.band = band, .counts = parts.surface_counts, .keys = StoredKeys::kPrimitive},
+            method, {.band = band, .counts = parts.surface_counts, .keys = StoredKeys::kSurface},
             surfaces);
     }
     const StageTimer timer(times_, "splats");
@@ -357,7 +357,7 @@ void BandCapture::addChannels(const BandLists& lists, const CapturedFragments& c
     parallelFor((sources.size() + kAtOnce - 1) / kAtOnce, [&](std::size_t part) {
         const std::size_t end = std::min((part + 1) * kAtOnce, sources.size());
         for (std::size_t i = part * kAtOnce; i < end; ++i)
-            keys[i] = captured.primitive(sources[i]);
+            keys[i] = captured.key(sources[i]);
     });
 
     const FragmentSources from{*posed_, pass_context_.view, next_frame_, keys, sources, values};

@@ -116,7 +116,7 @@ void BandRenderer::renderMerged(const Window& band, LayeredImage& out) {
     }
     const StageTimer timer(times_, "sort");
     mergeSamples(
-        images, [&](std::uint32_t primitive) { return capture_.surfaceOf(primitive); },
+        images, [&](std::uint32_t key) { return capture_.surfaceOf(key); },
         plan_->settings.color_type, out);
 }
 

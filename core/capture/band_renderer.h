@@ -91,7 +91,7 @@ class BandRenderer {
     BandCapture capture_;
     std::optional<Lighting> lighting_;
     const GlPlan* plan_ = nullptr;
-    std::size_t sample_ = 0;  ///< the sample position of the view
+    std::size_t sample_ = 0;  ///< index of the view's sample position
     PlanMethods methods_;
     std::vector<std::uint32_t> counts_;  ///< number of fragments in each pixel of the current band
     std::array<BandLists, 2> lists_;     ///< lists of overlapping bands

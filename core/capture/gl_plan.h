@@ -28,7 +28,7 @@ inline constexpr std::uint64_t kSampleShare = 4;
 
 struct GlPlan final : CapturePlan::Details {
     View view;
-    /// The requested settings, except that `surfaces` may exclude more surfaces.
+    /// The requested settings, except that `surfaces` is chosen for the scene.
     CaptureSettings settings;
     const MethodInfo* method = nullptr;
     std::vector<glm::dvec2> positions{};  ///< sample positions in a pixel, each captured as a view

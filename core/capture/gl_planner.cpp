@@ -151,7 +151,7 @@ void GlPlanner::report(double from, double to, double share) const {
 }
 
 /// Skips the fragments behind opaque surfaces for exact composites of all layers. Approximations
-/// average all fragments, and layer limits count them.
+/// average all fragments, and layer limits count them. Skips none if no surface is opaque.
 void GlPlanner::chooseSurfaces() {
     CaptureSettings& settings = plan_.settings;
     if (std::ranges::none_of(draws_.draws(), &Draw::opaque)) {

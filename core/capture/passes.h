@@ -34,7 +34,7 @@ enum class Draws : std::uint8_t {
 /// The shader definition for passes that render to the list heads (ListHeadTarget).
 inline constexpr std::string_view kFetchedListHeads = "FETCHED_LIST_HEADS";
 /// The shader definitions for passes that render to the list heads and store, instead of the
-/// primitive, the index of the list entry, or the key of the draw's first primitive
+/// primitive, the index of the list entry, or the key of the instance's first primitive
 /// (shaders/a_buffer.frag).
 inline constexpr std::string_view kEntriesAsKeys = "FETCHED_LIST_HEADS ENTRIES_AS_KEYS";
 inline constexpr std::string_view kFirstKeys = "FETCHED_LIST_HEADS FIRST_KEYS";

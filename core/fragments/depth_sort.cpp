@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstring>
 #include <numeric>
+#include <utility>
 #include <vector>
 
 #include "core/base/parallel.h"
@@ -31,9 +32,8 @@ class ListSorter {
             const std::uint32_t fragment = order_[i];
             const std::uint64_t key = keyOf(words + fragment * stride);
             std::size_t at = i;
-            for (; at > 0 &&
-                   (keys_[at - 1] > key || (keys_[at - 1] == key && order_[at - 1] > fragment));
-                 --at) {
+            const std::pair placed(key, fragment);
+            for (; at > 0 && std::pair(keys_[at - 1], order_[at - 1]) > placed; --at) {
                 keys_[at] = keys_[at - 1];
                 order_[at] = order_[at - 1];
             }
@@ -54,15 +54,15 @@ class ListSorter {
     static constexpr std::size_t kMoves = 12;
 
     /// Returns a sort key. Keys increase from the nearest fragment to the farthest and, at equal
-    /// depths, in draw order. The bits of non-negative floats sort like the floats.
+    /// depths, with their keys. The bits of non-negative floats sort like the floats.
     static std::uint64_t keyOf(const std::uint32_t* fragment) {
         return std::uint64_t{~fragment[0]} << 32 | fragment[1];
     }
 
     void sortAnew(const std::uint32_t* words, std::size_t stride) {
         std::sort(order_.begin(), order_.end(), [&](std::uint32_t a, std::uint32_t b) {
-            const std::uint64_t of_a = keyOf(words + a * stride), of_b = keyOf(words + b * stride);
-            return of_a != of_b ? of_a < of_b : a < b;
+            return std::pair(keyOf(words + a * stride), a) <
+                   std::pair(keyOf(words + b * stride), b);
         });
     }
 

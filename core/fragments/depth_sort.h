@@ -21,7 +21,7 @@ struct CapturedFragments {
     const std::uint32_t* words = nullptr;
     std::size_t stride = 2;
 
-    std::uint32_t primitive(std::size_t fragment) const { return words[fragment * stride + 1]; }
+    std::uint32_t key(std::size_t fragment) const { return words[fragment * stride + 1]; }
 };
 
 /// The nearest opaque fragments of a band, four words per pixel: depth (0 = no fragment), key, and

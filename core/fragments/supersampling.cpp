@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstring>
 #include <limits>
+#include <numeric>
 
 #include "core/base/parallel.h"
 #include "core/image/composite.h"
@@ -28,11 +29,10 @@ struct Entry {
     std::uint32_t sample;
     std::uint32_t fragment;  // index in its sample's image
     std::uint32_t surface;
-    float next_z;  // Z of the sample's next fragment of this surface; infinite if there is none
+    float next_z = 0;  // Z of the sample's next fragment of this surface; infinite if there is none
 };
 
 struct MergedRow {
-    std::vector<std::uint32_t> counts;  // number of merged fragments in each pixel
     std::vector<float> z;
     FragmentArray color;
     // The image and the index of each merged fragment's nearest member.
@@ -49,16 +49,15 @@ class RowMerger {
           last_group_(samples.size()),
           through_(samples.size()) {}
 
-    void merge(std::size_t pixel, MergedRow& row) {
+    /// Returns the number of merged fragments.
+    std::uint32_t merge(std::size_t pixel, MergedRow& row) {
         collect(pixel);
-        groups_.clear();
-        members_.clear();
-        if (!groupAlike()) groupByDepth();
-        row.counts.push_back(static_cast<std::uint32_t>(groups_.size()));
+        if (!groupByLayer()) groupByDepth();
         if (samples_.front().tinted())
             composite<TintedColor>(row);
         else
             composite<std::array<float, 4>>(row);
+        return static_cast<std::uint32_t>(groups_.size());
     }
 
   private:
@@ -69,7 +68,7 @@ class RowMerger {
     };
 
     void collect(std::size_t pixel);
-    bool groupAlike();
+    bool groupByLayer();
     void groupByDepth();
     void sortEntries();
     void addGroup(std::uint32_t nearest) {
@@ -89,9 +88,10 @@ class RowMerger {
     std::vector<Entry> entries_;
     std::vector<std::uint32_t> begin_;  // first entry of each sample, then the end
     std::vector<Group> groups_;
-    std::vector<std::uint32_t> members_;          // membersOf() each group
-    std::vector<int> last_group_;                 // latest group of each sample
-    std::vector<std::array<double, 4>> through_;  // transmittance of each sample, by opacity
+    std::vector<std::uint32_t> members_;  // membersOf() each group
+    std::vector<int> last_group_;         // latest group of each sample
+    std::vector<std::array<double, 4>>
+        through_;  // transmittance of each sample, for one or three opacities
 };
 
 /// Sets the entries of a pixel: sample after sample, each from front to back.
@@ -103,7 +103,7 @@ void RowMerger::collect(std::size_t pixel) {
         begin_[s] = static_cast<std::uint32_t>(entries_.size());
         for (std::uint32_t f = image.offsets[pixel]; f < image.offsets[pixel + 1]; ++f)
             entries_.push_back(
-                {image.z[f], static_cast<std::uint32_t>(s), f, surface_of_(keys[f]), 0});
+                {image.z[f], static_cast<std::uint32_t>(s), f, surface_of_(keys[f])});
     }
     begin_.back() = static_cast<std::uint32_t>(entries_.size());
 }
@@ -111,25 +111,27 @@ void RowMerger::collect(std::size_t pixel) {
 /// Groups the k-th fragments of all samples if groupByDepth() would do so. Most pixels are like
 /// that: all samples see the same surfaces, one clearly behind the other. Returns whether the
 /// pixel is one of them.
-bool RowMerger::groupAlike() {
+bool RowMerger::groupByLayer() {
+    groups_.clear();
+    members_.clear();
     const std::uint32_t layers = begin_[1];
     for (std::size_t s = 0; s < begin_.size(); ++s)
         if (begin_[s] != s * layers) return false;
-    float nearest_before = 0, farthest_before = -std::numeric_limits<float>::infinity();
+    float last_least_z = 0, last_most_z = -std::numeric_limits<float>::infinity();
     for (std::uint32_t layer = 0; layer < layers; ++layer) {
         std::uint32_t nearest = layer;
-        float farthest = entries_[layer].z;
+        float most_z = entries_[layer].z;
         for (std::uint32_t i = layer; i < entries_.size(); i += layers) {
             if (entries_[i].surface != entries_[layer].surface) return false;
             if (entries_[i].z < entries_[nearest].z) nearest = i;
-            farthest = std::max(farthest, entries_[i].z);
+            most_z = std::max(most_z, entries_[i].z);
         }
-        // The gap in front of the layer must be wider than the layer in front of it. Otherwise, a
+        // The gap between two layers must be at least as wide as the layer in front. Otherwise, a
         // fragment may be nearer to the next fragment of its surface.
-        const float gap = entries_[nearest].z - farthest_before;
-        if (!(gap > 0) || gap < farthest_before - nearest_before) return false;
-        nearest_before = entries_[nearest].z;
-        farthest_before = farthest;
+        const float gap = entries_[nearest].z - last_most_z;
+        if (!(gap > 0) || gap < last_most_z - last_least_z) return false;
+        last_least_z = entries_[nearest].z;
+        last_most_z = most_z;
         groups_.push_back({entries_[layer].surface, nearest});
     }
     for (std::uint32_t layer = 0; layer < layers; ++layer)
@@ -138,28 +140,17 @@ bool RowMerger::groupAlike() {
     return true;
 }
 
-/// Sorts the entries by Z, then by sample.
+/// Sets `next_z` of the entries, and sorts them by Z, then by sample.
 void RowMerger::sortEntries() {
     for (std::size_t s = 0; s < samples_.size(); ++s) {
         for (std::uint32_t i = begin_[s]; i < begin_[s + 1]; ++i) {
-            entries_[i].next_z = std::numeric_limits<float>::infinity();
-            for (std::uint32_t next = i + 1; next < begin_[s + 1]; ++next) {
-                if (entries_[next].surface != entries_[i].surface) continue;
-                entries_[i].next_z = entries_[next].z;
-                break;
-            }
+            const auto rest = std::span(entries_).subspan(i + 1, begin_[s + 1] - i - 1);
+            const auto next = std::ranges::find(rest, entries_[i].surface, &Entry::surface);
+            entries_[i].next_z =
+                next == rest.end() ? std::numeric_limits<float>::infinity() : next->z;
         }
     }
-    // Each sample's entries are sorted, and equal Z keep the order of samples.
-    for (std::size_t width = 1; width < samples_.size(); width *= 2) {
-        for (std::size_t s = 0; s + width < samples_.size(); s += 2 * width) {
-            const auto at = [&](std::size_t sample) {
-                return entries_.begin() + begin_[std::min(sample, samples_.size())];
-            };
-            std::inplace_merge(at(s), at(s + width), at(s + 2 * width),
-                               [](const Entry& a, const Entry& b) { return a.z < b.z; });
-        }
-    }
+    std::ranges::stable_sort(entries_, {}, &Entry::z);
 }
 
 /// Whether an entry may join the group. It may not if it is nearer in Z to another fragment of a
@@ -175,6 +166,7 @@ bool RowMerger::fits(std::size_t group, const Entry& entry) {
 
 void RowMerger::groupByDepth() {
     groups_.clear();
+    members_.clear();
     sortEntries();
     std::fill(last_group_.begin(), last_group_.end(), -1);
     for (std::uint32_t i = 0; i < entries_.size(); ++i) {
@@ -199,10 +191,11 @@ template <class C>
 void RowMerger::composite(MergedRow& row) {
     constexpr double kNothing = 1e-9;
     constexpr std::size_t kSize = std::tuple_size_v<C>, kOpacities = kSize == 4 ? 1 : 3;
-    // Numbers are R, G, B, and A or A, AR, AG, AB. opacityOf() returns the index of the opacity
-    // that applies to a number, and numberOf() returns the number that is an opacity.
+    // Components are R, G, B, and A or A, AR, AG, AB. opacityOf() returns the index of the opacity
+    // that applies to a component; componentOf() returns the component that is an opacity. The A of
+    // coloured opacity is set last.
     constexpr auto opacityOf = [](std::size_t i) { return kOpacities == 1 ? 0 : i % 4; };
-    constexpr auto numberOf = [](std::size_t opacity) { return opacity + kSize - kOpacities; };
+    constexpr auto componentOf = [](std::size_t opacity) { return opacity + kSize - kOpacities; };
     std::fill(through_.begin(), through_.end(), std::array<double, 4>{1, 1, 1, 1});
     const auto samples = static_cast<double>(samples_.size());
     for (std::size_t group = 0; group < groups_.size(); ++group) {
@@ -221,7 +214,7 @@ void RowMerger::composite(MergedRow& row) {
                 plain[i] += static_cast<double>(color[i]);
             }
             for (std::size_t o = 0; o < kOpacities; ++o)
-                through[o] *= 1 - static_cast<double>(color[numberOf(o)]);
+                through[o] *= 1 - static_cast<double>(color[componentOf(o)]);
         }
         std::array<double, kSize> merged;
         for (std::size_t i = 0; i < kSize; ++i) {
@@ -233,9 +226,9 @@ void RowMerger::composite(MergedRow& row) {
         row.z.push_back(nearest.z);
         row.nearest.emplace_back(nearest.sample, nearest.fragment);
         row.color.data.resize(row.z.size() * row.color.stride());
-        TintedColor stored{};  // of which plain colours take the first numbers
+        TintedColor stored{};  // a plain colour uses the first four components
         std::ranges::transform(merged, stored.begin(),
-                               [](double number) { return static_cast<float>(number); });
+                               [](double component) { return static_cast<float>(component); });
         storeColor(stored, row.color, row.z.size() - 1);
     }
 }
@@ -288,18 +281,15 @@ void mergeSamples(std::span<const LayeredImage> samples, const SurfaceOf& surfac
     const auto height = static_cast<std::size_t>(window.height());
     const FragmentArray no_colors{samples.front().color.channels, color_type, {}};
     std::vector<MergedRow> rows(height);
+    out.window = window;
+    out.offsets.assign(window.pixels() + 1, 0);
     parallelFor(height, [&](std::size_t y) {
         rows[y].color = no_colors;
         RowMerger merger(samples, surface_of);
-        for (std::size_t x = 0; x < width; ++x)
-            merger.merge(y * width + x, rows[y]);
+        for (std::size_t pixel = y * width; pixel < (y + 1) * width; ++pixel)
+            out.offsets[pixel + 1] = merger.merge(pixel, rows[y]);
     });
-
-    out.window = window;
-    out.offsets.assign(1, 0);
-    for (const MergedRow& row : rows)
-        for (const std::uint32_t count : row.counts)
-            out.offsets.push_back(out.offsets.back() + count);
+    std::partial_sum(out.offsets.begin(), out.offsets.end(), out.offsets.begin());
     const std::size_t fragments = out.offsets.back();
     out.z.resize(fragments);
     out.color = no_colors;

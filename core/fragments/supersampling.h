@@ -30,7 +30,7 @@ inline constexpr const char* kKeyChannel = "key";
 
 /// A function that returns the surface of the drawn primitive with this key. A surface is a
 /// primitive of a mesh at a node.
-using SurfaceOf = std::function<std::uint32_t(std::uint32_t primitive)>;
+using SurfaceOf = std::function<std::uint32_t(std::uint32_t key)>;
 
 /// Merges the samples of one band into fragments with coverage. The first extra array of each image
 /// holds the keys; the other extra arrays are channels. A fragment merges with fragments of other

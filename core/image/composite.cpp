@@ -82,19 +82,17 @@ namespace {
 
 template <class C, class T>
 C overInOrder(const T* colors, std::size_t count) {
-    C sum{};
-    for (std::size_t f = 0; f < count; ++f)
-        sum = addBehind(sum, loadColor<C>(colors + sum.size() * f));
-    return sum;
-}
-
-/// The same for plain colours, whose four numbers are added at once.
-template <class C, class T>
-requires std::same_as<C, Color> C overInOrder(const T* colors, std::size_t count) {
-    FourFloats sum{};
-    for (std::size_t f = 0; f < count; ++f)
-        sum += (1.0F - sum[3]) * loadFour(colors + 4 * f);
-    return std::bit_cast<Color>(sum);
+    if constexpr (std::same_as<C, Color>) {
+        FourFloats sum{};  // all four components at once
+        for (std::size_t f = 0; f < count; ++f)
+            sum += (1.0F - sum[3]) * loadFour(colors + 4 * f);
+        return std::bit_cast<Color>(sum);
+    } else {
+        C sum{};
+        for (std::size_t f = 0; f < count; ++f)
+            sum = addBehind(sum, loadColor<C>(colors + sum.size() * f));
+        return sum;
+    }
 }
 
 template <class C, class T>

@@ -13,21 +13,22 @@
 
 namespace peeler {
 
-/// Return four consecutive numbers of a stored colour.
-inline FourFloats loadFour(const float* numbers) {
+/// Return four consecutive components of a stored colour.
+inline FourFloats loadFour(const float* components) {
     FourFloats four;
-    std::memcpy(&four, numbers, sizeof(four));
+    std::memcpy(&four, components, sizeof(four));
     return four;
 }
 inline FourFloats loadFour(const std::uint16_t* halfs) {
     return halfsToFloats(halfs);
 }
 
-/// Returns a colour with these components. `C` has four numbers, or is a TintedColor.
+/// Returns a colour with these components. `C` has four components, or is a
+/// TintedColor.
 template <class C, class T>
 C loadColor(const T* components) {
     C color;
-    // Two overlapping quadruples are the seven numbers of a coloured opacity.
+    // Two overlapping quadruples are the seven components of a TintedColor.
     for (const std::size_t first : {std::size_t{0}, color.size() - 4}) {
         const FourFloats four = loadFour(components + first);
         std::memcpy(&color[first], &four, sizeof(four));
@@ -35,7 +36,8 @@ C loadColor(const T* components) {
     return color;
 }
 
-/// Returns the colour of a fragment. `C` must have as many numbers as a stored colour.
+/// Returns the colour of a fragment. `C` must have as many components as
+/// a stored colour.
 template <class C>
 C loadColor(const FragmentArray& colors, std::size_t fragment) {
     const std::size_t first = std::tuple_size_v<C> * fragment;

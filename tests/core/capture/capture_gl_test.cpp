@@ -190,6 +190,20 @@ TEST_P(Capture, SurfacesVisibleStopsAtTheNearestOpaqueOne) {
     EXPECT_EQ(capture(builder.scene(), testView(8, 8), s).plan.layers.size(), 6U);
 }
 
+TEST_P(Capture, GlassAloneHidesNothing) {
+    SceneBuilder builder;
+    const int glass = builder.material({0.2F, 0.4F, 0.6F, 0.5F});
+    builder.rectangle(0.9F, 0.7F, -2, glass);
+    builder.triangles({{-1.13F, -0.9F, -1}, {0.7F, -0.31F, -4}, {0.2F, 0.95F, -3}}, glass);
+    CaptureSettings s = settings();
+    const Captured all = capture(builder.scene(), testView(32, 24), s);
+    for (const Surfaces surfaces : {Surfaces::kVisible, Surfaces::kTransparent}) {
+        s.surfaces = surfaces;
+        const Captured found = capture(builder.scene(), testView(32, 24), s);
+        EXPECT_EQ(difference(found.image, all.image), "");
+    }
+}
+
 TEST_P(Capture, FacesFollowTheMaterialOrTheOption) {
     SceneBuilder builder;
     const int single = builder.material({1, 1, 1, 1}, AlphaMode::kBlend, false);

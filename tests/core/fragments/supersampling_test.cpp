@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <random>
 
+#include "core/image/composite.h"
+
 namespace peeler {
 namespace {
 
@@ -15,19 +17,22 @@ struct Fragment {
     std::array<float, 4> rgba;
 };
 
-/// Returns a picture of one pixel, with the fragments of one sample.
-LayeredImage pixelOfSample(const std::vector<Fragment>& fragments) {
+/// Returns a picture of one pixel, with the fragments of one sample. With coloured opacity, green
+/// and blue have less of it.
+LayeredImage pixelOfSample(const std::vector<Fragment>& fragments,
+                           PixelType type = PixelType::kFloat, bool with_opacity = false) {
     LayeredImage image;
     image.window = {0, 0, 1, 1};
     image.offsets = {0, static_cast<std::uint32_t>(fragments.size())};
-    image.color = {{"R", "G", "B", "A"}, PixelType::kFloat, {}};
-    image.color.data.resize(fragments.size() * 16);
+    image.color = {colorNames(with_opacity), type, {}};
+    image.color.data.resize(fragments.size() * image.color.stride());
     image.extra.push_back({{kKeyChannel}, PixelType::kUint, {}});
     image.extra[0].data.resize(fragments.size() * 4);
     for (std::size_t i = 0; i < fragments.size(); ++i) {
         image.z.push_back(fragments[i].z);
-        std::copy(fragments[i].rgba.begin(), fragments[i].rgba.end(),
-                  image.color.as<float>().begin() + static_cast<std::ptrdiff_t>(4 * i));
+        const auto& [r, g, b, a] = fragments[i].rgba;
+        storeColor({r, g, b, with_opacity ? meanOpacity(a, a / 2, a / 4) : a, a, a / 2, a / 4},
+                   image.color, i);
         image.extra[0].as<std::uint32_t>()[i] = fragments[i].surface;
     }
     return image;
@@ -123,12 +128,14 @@ TEST(Supersampling, PixelsWhoseSamplesAreAlikeMergeLikeOthers) {
                                 surface,
                                 {below(4) / 8, 0, 0, below(5) / 4}});
         }
+        const PixelType type = pixel % 2 == 0 ? PixelType::kHalf : PixelType::kFloat;
+        const bool with_opacity = pixel % 4 < 2;
         std::vector<LayeredImage> alike, unlike;
         for (auto& list : lists) {
             std::ranges::stable_sort(list, {}, &Fragment::z);
-            alike.push_back(pixelOfSample(list));
+            alike.push_back(pixelOfSample(list, type, with_opacity));
             if (unlike.empty()) list.push_back({99, 9, kRed});
-            unlike.push_back(pixelOfSample(list));
+            unlike.push_back(pixelOfSample(list, type, with_opacity));
         }
         const LayeredImage a = merged(alike), b = merged(unlike);
         ASSERT_EQ(a.fragments() + 1, b.fragments()) << pixel;
