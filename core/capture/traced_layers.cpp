@@ -8,6 +8,7 @@
 #include "core/fragments/surface_channels.h"
 #include "core/image/channels.h"
 #include "core/image/layers.h"
+#include "core/raster/surface_values.h"
 
 namespace peeler {
 namespace {

@@ -10,6 +10,7 @@
 #include "support/capture.h"
 #include "support/hard_scenes.h"
 #include "support/lights.h"
+#include "support/test_support.h"
 
 namespace peeler::test {
 namespace {
