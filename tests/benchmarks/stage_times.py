@@ -5,8 +5,8 @@
     python3 tests/benchmarks/stage_times.py PEELER SCENE... [--size 1920x1080] [--runs 3] [--methods a-buffer,dual]
                                             [-- OPTIONS OF RENDER]
 
-If there are several scenes, the first table has all stages of the first method. If there are several methods, the last
-table has the capture and the total of each. Of the runs of a command, the one with the smallest total counts. Milliseconds.
+If there are several scenes, the first table has all stages of the first method. The last table has the capture and the
+total of every method; one method of several scenes has only the first table. Of the runs of a command, the one with the smallest total counts. Milliseconds.
 """
 import argparse
 import json
@@ -53,9 +53,10 @@ def main() -> None:
                      *(f'{result["milliseconds"][stage]:.0f}' for stage in STAGES),
                      f'{result["bytes"] / 1e6:.1f}', f'{result["peakMemory"] / 1e6:.0f}']
             print("| " + " | ".join(cells) + " |")
-    if len(methods) == 1:
-        return
-    print("\n| capture / total, ms | " + " | ".join(names) + " |")
+        if len(methods) == 1:
+            return
+        print()
+    print("| capture / total, ms | " + " | ".join(names) + " |")
     print("| --- |" + " ---: |" * len(names))
     for method, row in zip(methods, results):
         times = [result["milliseconds"] for result in row]
