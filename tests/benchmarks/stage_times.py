@@ -6,7 +6,8 @@
                                             [-- OPTIONS OF RENDER]
 
 If there are several scenes, the first table has all stages of the first method. The last table has the capture and the
-total of every method; one method of several scenes has only the first table. Of the runs of a command, the one with the smallest total counts. Milliseconds.
+total of every method; one method of several scenes has only the first table. Of the runs of a command, the one with the
+smallest total counts. Milliseconds.
 """
 import argparse
 import json
