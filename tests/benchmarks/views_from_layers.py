@@ -21,6 +21,7 @@ import tempfile
 
 MARGIN = 1.5
 BACKGROUND = ["--background", "0.18,0.18,0.18"]
+AS_LAYERS = ["--samples", "1", "--environment", "none"]  # a picture has more by default
 
 
 class Peeler:
@@ -78,7 +79,7 @@ def measure(peeler: Peeler, scene: str, size: str, angles: list, more: list) -> 
     for angle in angles:
         picture = ["--orbit", f"{angle},0", "--size", size, *own]
         view("wide.exr", "camera.exr", "1", *picture)
-        rendered = peeler("render", scene, "-o", peeler.file("direct.png"), "--size", size, *BACKGROUND,
+        rendered = peeler("render", scene, "-o", peeler.file("direct.png"), "--size", size, *BACKGROUND, *AS_LAYERS,
                           *peeler.camera("camera.exr"), *more)
         view("wide.exr", "one.png", "1", *picture, *BACKGROUND)
         shown = view("wide.exr", "all.png", "all", *picture, *BACKGROUND)
