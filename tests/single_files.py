@@ -3,11 +3,11 @@
 
     single_files.py BUILD_FOLDER [headers]
 
-Compiles, without output, the files that differ from the last landed commit and the files that include them (at most 14,
-chosen at random), and as many others as SECONDS allow, in a different order at every commit. The last landed commit is
-this branch's merge base with origin/main. If the merge base is unknown or is the current commit, the thirtieth commit
-before the current one is used instead. Skips files that the build itself compiles alone, and headers that a .cpp includes first. With `headers`,
-compiles only headers that no .cpp includes first.
+Compiles, without output, the files that differ from the last landed commit and the files that include them (at most 24,
+chosen at random, the product's before the tests), and as many others as SECONDS allow, in a different order at every
+commit. The last landed commit is this branch's merge base with origin/main. If the merge base is unknown or is the
+current commit, the thirtieth commit before the current one is used instead. Skips files that the build itself compiles
+alone, and headers that a .cpp includes first. With `headers`, compiles only headers that no .cpp includes first.
 """
 
 import concurrent.futures
@@ -25,7 +25,7 @@ SOURCE = pathlib.Path(__file__).resolve().parents[1]
 FOLDERS = ("core", "formats", "cmd", "tests")
 INCLUDE = re.compile(r'^ *# *include ["<]([^">]+)[">]', re.MULTILINE)
 SECONDS = 8
-MOST_DIFFERENT = 14
+MOST_DIFFERENT = 24
 COMMITS = 30
 
 
@@ -121,7 +121,7 @@ def chosen_of(units, included, source):
     others = sorted(file for file in units if file not in first and changed & set(included[file]))
     turn.shuffle(first)
     turn.shuffle(others)
-    first = (first + others)[:MOST_DIFFERENT]
+    first = sorted(first + others, key=lambda file: source / "tests" in file.parents)[:MOST_DIFFERENT]
     rest = sorted(set(units) - set(first))
     turn.shuffle(rest)
     return first, rest, f"{len(first)} that differ from {base} or include what does, and of the others what {SECONDS} s allow"
