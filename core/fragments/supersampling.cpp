@@ -29,7 +29,8 @@ struct Entry {
     std::uint32_t sample;
     std::uint32_t fragment;  // index in its sample's image
     std::uint32_t surface;
-    float next_z = 0;  // Z of the sample's next fragment of this surface; infinite if there is none
+    // Z of the next fragment behind it, of its sample and surface; infinity if there is none.
+    float next_z = 0;
 };
 
 struct MergedRow {
@@ -61,21 +62,11 @@ class RowMerger {
     }
 
   private:
-    /// Fragments that are merged into one, at most one per sample.
-    struct Group {
-        std::uint32_t surface;
-        std::uint32_t nearest;  // index of the nearest member in entries_
-    };
-
     void collect(std::size_t pixel);
     bool groupByLayer();
     void groupByDepth();
     void sortEntries();
-    void addGroup(std::uint32_t nearest) {
-        groups_.push_back({entries_[nearest].surface, nearest});
-        members_.insert(members_.end(), samples_.size(), kNoFragment);
-    }
-    /// Returns the entries of a group by sample; kNoFragment where a sample has none.
+    /// Returns the entries of a group, by sample; kNoFragment where a sample has none.
     std::span<std::uint32_t> membersOf(std::size_t group) {
         return std::span(members_).subspan(group * samples_.size(), samples_.size());
     }
@@ -87,11 +78,12 @@ class RowMerger {
     const SurfaceOf& surface_of_;
     std::vector<Entry> entries_;
     std::vector<std::uint32_t> begin_;  // first entry of each sample, then the end
-    std::vector<Group> groups_;
+    // Groups are fragments that are merged into one, at most one per sample.
+    std::vector<std::uint32_t> groups_;   // nearest entry of each group
     std::vector<std::uint32_t> members_;  // membersOf() each group
     std::vector<int> last_group_;         // latest group of each sample
-    std::vector<std::array<double, 4>>
-        through_;  // transmittance of each sample, for one or three opacities
+    // Transmittance of each sample, for one or three opacities.
+    std::vector<std::array<double, 4>> through_;
 };
 
 /// Sets the entries of a pixel: sample after sample, each from front to back.
@@ -132,7 +124,7 @@ bool RowMerger::groupByLayer() {
         if (!(gap > 0) || gap < last_most_z - last_least_z) return false;
         last_least_z = entries_[nearest].z;
         last_most_z = most_z;
-        groups_.push_back({entries_[layer].surface, nearest});
+        groups_.push_back(nearest);
     }
     for (std::uint32_t layer = 0; layer < layers; ++layer)
         for (std::uint32_t i = layer; i < entries_.size(); i += layers)
@@ -175,11 +167,13 @@ void RowMerger::groupByDepth() {
         // Searches only the groups behind the group of the sample's previous fragment, so that the
         // fragments of every sample keep their order.
         int found = static_cast<int>(groups_.size()) - 1;
-        while (found > last && groups_[static_cast<std::size_t>(found)].surface != entry.surface)
+        while (found > last &&
+               entries_[groups_[static_cast<std::size_t>(found)]].surface != entry.surface)
             --found;
         if (found <= last || !fits(static_cast<std::size_t>(found), entry)) {
             found = static_cast<int>(groups_.size());
-            addGroup(i);
+            groups_.push_back(i);
+            members_.insert(members_.end(), samples_.size(), kNoFragment);
         }
         membersOf(static_cast<std::size_t>(found))[entry.sample] = i;
         last = found;
@@ -222,7 +216,7 @@ void RowMerger::composite(MergedRow& row) {
             merged[i] = all < kNothing ? plain[i] / samples : seen[i] / all;
         }
         if constexpr (kOpacities == 3) merged[3] = meanOpacity(merged[4], merged[5], merged[6]);
-        const Entry& nearest = entries_[groups_[group].nearest];
+        const Entry& nearest = entries_[groups_[group]];
         row.z.push_back(nearest.z);
         row.nearest.emplace_back(nearest.sample, nearest.fragment);
         row.color.data.resize(row.z.size() * row.color.stride());

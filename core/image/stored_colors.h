@@ -23,8 +23,7 @@ inline FourFloats loadFour(const std::uint16_t* halfs) {
     return halfsToFloats(halfs);
 }
 
-/// Returns a colour with these components. `C` has four components, or is a
-/// TintedColor.
+/// Returns a colour with these components. `C` has four components, or is a TintedColor.
 template <class C, class T>
 C loadColor(const T* components) {
     C color;
@@ -36,8 +35,7 @@ C loadColor(const T* components) {
     return color;
 }
 
-/// Returns the colour of a fragment. `C` must have as many components as
-/// a stored colour.
+/// Returns the colour of a fragment. `C` must have as many components as a stored colour.
 template <class C>
 C loadColor(const FragmentArray& colors, std::size_t fragment) {
     const std::size_t first = std::tuple_size_v<C> * fragment;
