@@ -6,8 +6,7 @@
                                             [-- OPTIONS OF RENDER]
 
 If there are several scenes, the first table has all stages of the first method. The last table has the capture and the
-total of every method; one method of several scenes has only the first table. Of the runs of a command, the one with the
-smallest total counts. Milliseconds.
+total of every method. Of the runs of a command, the one with the smallest total counts. Milliseconds.
 """
 import argparse
 import json
@@ -54,8 +53,6 @@ def main() -> None:
                      *(f'{result["milliseconds"][stage]:.0f}' for stage in STAGES),
                      f'{result["bytes"] / 1e6:.1f}', f'{result["peakMemory"] / 1e6:.0f}']
             print("| " + " | ".join(cells) + " |")
-        if len(methods) == 1:
-            return
         print()
     print("| capture / total, ms | " + " | ".join(names) + " |")
     print("| --- |" + " ---: |" * len(names))
